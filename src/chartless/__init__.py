@@ -1,0 +1,65 @@
+"""Find a camera's response function from the pictures it already takes, with no colour chart.
+
+    >>> import chartless
+    >>> calibration = chartless.calibrate(["a.jpg", "b.jpg"])  # doctest: +SKIP
+    >>> linear = calibration.linearize(levels)  # doctest: +SKIP
+
+Names are loaded on first use, so importing this package costs next to nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from chartless._version import __version__
+
+if TYPE_CHECKING:
+    from chartless.calibration import Calibration as Calibration
+    from chartless.calibration_file import load as load
+    from chartless.calibration_file import save as save
+    from chartless.calibrators import CALIBRATORS as CALIBRATORS
+    from chartless.cooccurrence import Cooccurrence as Cooccurrence
+    from chartless.curves import ModelCurve as ModelCurve
+    from chartless.curves import SampledCurve as SampledCurve
+    from chartless.curves import named_curve as named_curve
+    from chartless.errors import ChartlessError as ChartlessError
+    from chartless.fitting import fit as fit
+    from chartless.flags import Flag as Flag
+    from chartless.models import MODELS as MODELS
+    from chartless.noise import AffineNoise as AffineNoise
+    from chartless.response import Response as Response
+    from chartless.response import rmse as rmse
+    from chartless.simulate import simulate_frames as simulate_frames
+    from chartless.workflow import calibrate as calibrate
+
+_HOME = {
+    "Calibration": "calibration",
+    "load": "calibration_file",
+    "save": "calibration_file",
+    "CALIBRATORS": "calibrators",
+    "Cooccurrence": "cooccurrence",
+    "ModelCurve": "curves",
+    "SampledCurve": "curves",
+    "named_curve": "curves",
+    "ChartlessError": "errors",
+    "fit": "fitting",
+    "Flag": "flags",
+    "MODELS": "models",
+    "AffineNoise": "noise",
+    "Response": "response",
+    "rmse": "response",
+    "simulate_frames": "simulate",
+    "calibrate": "workflow",
+}
+
+__all__ = ["__version__", *_HOME]
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"chartless.{_HOME[name]}"), name)
+    msg = f"module 'chartless' has no attribute {name!r}"
+    raise AttributeError(msg)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,82 @@
+"""Files that appear whole or not at all."""
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from chartless.errors import ChartlessError, OutputError
+
+
+@contextmanager
+def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary name beside `path`; what is written there becomes `path` at the end.
+
+    Readers see the old file or the new one, never half of one. If the body raises, the
+    temporary file is removed and `path` stays as it was.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write. A symbolic link is followed, not replaced.
+
+    Yields
+    ------
+    Path
+        A name in the same folder with the same suffix; no file has it yet.
+
+    Raises
+    ------
+    OutputError
+        If the folder is missing, is not a folder or is not writable, if `path` exists and is
+        no ordinary file, or if writing fails. The body should therefore only write.
+
+    Examples
+    --------
+    >>> with atomic_path("notes.txt") as temporary:  # doctest: +SKIP
+    ...     temporary.write_text("all or nothing")
+    """
+    target = Path(os.path.realpath(path))
+    _refuse_unwritable(Path(path), target)
+    temporary = target.parent / f".chartless-{secrets.token_hex(6)}{target.suffix}"
+    try:
+        yield temporary
+        temporary.replace(target)
+    except ChartlessError:
+        raise
+    except OSError as error:
+        msg = f"cannot be written ({error.strerror or error})"
+        raise OutputError(os.fspath(path), msg) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder if it does not exist; raise `OutputError` if that is impossible."""
+    try:
+        path.mkdir(exist_ok=True)
+    except FileNotFoundError as error:
+        msg = f"the folder {path.parent} it should be made in does not exist: create it first"
+        raise OutputError(str(path), msg) from error
+    except OSError as error:
+        what = "is a file" if path.exists() else f"cannot be made ({error.strerror or error})"
+        msg = f"{what}: choose another output folder"
+        raise OutputError(str(path), msg) from error
+
+
+def _refuse_unwritable(path: Path, target: Path) -> None:
+    folder = target.parent
+    if not folder.exists():
+        msg = f"output folder {folder} does not exist: create it first"
+    elif not folder.is_dir():
+        msg = f"{folder} is a file, not a folder: choose another output"
+    elif not os.access(folder, os.W_OK | os.X_OK):
+        msg = f"output folder {folder} is not writable: choose another one"
+    elif target.is_dir():
+        msg = "is a folder: name a file in it"
+    elif target.exists() and not target.is_file():
+        msg = "is not an ordinary file: choose another output"
+    else:
+        return
+    raise OutputError(str(path), msg)

@@ -1,0 +1,101 @@
+"""A calibrated camera: the responses of its channels, and applying them to pictures."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from chartless.curves import AbstractCurve
+from chartless.errors import ParameterError
+from chartless.flags import Flag
+from chartless.response import Response
+from chartless.types import Floats32, JsonObject, Levels
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibration:
+    """What calibrating a camera gives: one `Response` for each channel, and where from.
+
+    `chartless.calibration_file` saves and loads it.
+    """
+
+    channels: tuple[Response, ...]
+    """One named "Y", or three named "R", "G" and "B"."""
+    bit_depth: int
+    """Of the frames it was made from."""
+    provenance: JsonObject = field(default_factory=dict)
+    """Version, time, inputs with their SHA-256, settings."""
+
+    def channel(self, name: str) -> Response:
+        """Response of the channel of this name; LookupError if there is none."""
+        for response in self.channels:
+            if response.name == name:
+                return response
+        msg = f"no channel {name!r} in {', '.join(each.name for each in self.channels)}"
+        raise LookupError(msg)
+
+    @property
+    def flags(self) -> dict[Flag, list[str]]:
+        """What is doubtful, with the names of the channels concerned."""
+        return {
+            flag: names
+            for flag in Flag
+            if (names := [each.name for each in self.channels if flag in each.flags])
+        }
+
+    def linearize(self, levels: Levels) -> Floats32:
+        """Irradiance of a picture: g of every level.
+
+        Parameters
+        ----------
+        levels : ndarray of uint8 or uint16, shape (M, N) or (M, N, C)
+            A picture of the same camera; its bit depth may be another. A calibration of
+            luma applies to every channel.
+
+        Returns
+        -------
+        ndarray of float32, shape of `levels`, 0 … 1
+            Proportional to the light within each channel.
+
+        Raises
+        ------
+        ParameterError
+            If the channels do not correspond.
+        """
+        brightness = np.linspace(0.0, 1.0, 1 << (8 * levels.dtype.itemsize))
+        curves = self._curves_for(levels)
+        planes = levels.reshape(-1, len(curves))
+        irradiance = np.empty(planes.shape, dtype=np.float32)
+        for c, curve in enumerate(curves):
+            irradiance[:, c] = curve.inverse(brightness).astype(np.float32)[planes[:, c]]
+        return irradiance.reshape(levels.shape)
+
+    def delinearize(self, irradiance: npt.NDArray[np.floating]) -> Floats32:
+        """Brightness that the camera would show for light: f of every value.
+
+        Parameters
+        ----------
+        irradiance : ndarray of float, shape (M, N) or (M, N, C)
+            Values outside [0, 1] are clipped.
+
+        Returns
+        -------
+        ndarray of float32, shape of `irradiance`, 0 … 1
+        """
+        curves = self._curves_for(irradiance)
+        planes = irradiance.reshape(-1, len(curves))
+        brightness = np.empty(planes.shape, dtype=np.float32)
+        for c, curve in enumerate(curves):
+            brightness[:, c] = curve.response(planes[:, c])
+        return brightness.reshape(irradiance.shape)
+
+    def _curves_for(self, picture: npt.NDArray[np.generic]) -> tuple[AbstractCurve, ...]:
+        """One curve for each channel of the picture; a single one serves all of them."""
+        n_channels = picture.shape[-1] if picture.ndim == 3 else 1  # noqa: PLR2004 - (M, N, C)
+        if len(self.channels) not in (1, n_channels):
+            msg = (
+                f"the calibration has the channels {', '.join(r.name for r in self.channels)}, "
+                f"the picture has {n_channels}"
+            )
+            raise ParameterError(msg)
+        return tuple(response.curve for response in self.channels)

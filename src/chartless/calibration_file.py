@@ -1,0 +1,213 @@
+"""Calibrations as JSON files: readable, without pickle, meant to be read in ten years.
+
+The layout is documented in docs/calibration-file.md. A curve is stored three times: as model
+and parameters, which this program reads back; as ``inverse_lut`` and ``response_lut`` for
+everybody else. A file whose model is null (another method, another program) is read from its
+``inverse_lut``.
+"""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from chartless._files import atomic_path
+from chartless.calibration import Calibration
+from chartless.cooccurrence import Cooccurrence
+from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
+from chartless.errors import CalibrationFileError, ChartlessError
+from chartless.flags import Flag
+from chartless.models import MODELS
+from chartless.noise import AffineNoise
+from chartless.response import Response, SearchHistory, Status
+from chartless.types import Floats, JsonObject
+
+FORMAT, VERSION = "chartless-calibration", 1
+# A table with more cells than this is left out of the file: it would take megabytes.
+_MOST_CELLS = 200_000
+
+T = TypeVar("T")
+
+
+def to_json(calibration: Calibration) -> JsonObject:
+    """Return the content of the calibration's file as JSON types."""
+    first = calibration.channels[0]
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "bit_depth": calibration.bit_depth,
+        "levels": first.n_levels,
+        "method": first.method,
+        "model": first.curve.model if isinstance(first.curve, ModelCurve) else None,
+        "channels": [_response_to_json(response) for response in calibration.channels],
+        "provenance": calibration.provenance,
+    }
+
+
+def save(calibration: Calibration, path: Path) -> None:
+    """Write a calibration; the file appears whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        If the folder is missing or not writable.
+    """
+    text = json.dumps(to_json(calibration), ensure_ascii=False, allow_nan=False)
+    with atomic_path(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def load(path: Path) -> Calibration:
+    """Read a calibration.
+
+    Raises
+    ------
+    CalibrationFileError
+        If the file cannot be read, is no calibration, is damaged or of another version.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        msg = f"{path}: cannot be read: {error.strerror or error}"
+        raise CalibrationFileError(msg) from error
+    except ValueError as error:
+        msg = f"{path}: not a calibration file: not JSON; give a file that calibrate -o wrote"
+        raise CalibrationFileError(msg) from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        msg = f"{path}: not a calibration file: no format {FORMAT!r}; give one by calibrate -o"
+        raise CalibrationFileError(msg)
+    if content.get("version") != VERSION:
+        msg = (
+            f"{path}: written in version {content.get('version')} of the format, this chartless "
+            f"reads version {VERSION}: install the newer chartless that wrote it"
+        )
+        raise CalibrationFileError(msg)
+    try:
+        return _calibration(content)
+    except (KeyError, TypeError, ValueError, LookupError, ChartlessError) as error:
+        what = f"no {error}" if isinstance(error, KeyError) else str(error)
+        msg = f"{path}: damaged calibration file: {what}; calibrate again"
+        raise CalibrationFileError(msg) from error
+
+
+def _calibration(content: JsonObject) -> Calibration:
+    channels = tuple(_response(content, entry) for entry in content["channels"])
+    if tuple(response.name for response in channels) not in (("Y",), ("R", "G", "B")):
+        msg = "its channels are neither Y nor R, G and B"
+        raise ValueError(msg)
+    return Calibration(
+        channels=channels,
+        bit_depth=int(content["bit_depth"]),
+        provenance=dict(content["provenance"]),
+    )
+
+
+def _response_to_json(response: Response) -> JsonObject:
+    curve = response.curve
+    return {
+        "name": response.name,
+        "parameters": _parameters(curve),
+        "inverse_lut": response.inverse_lut.tolist(),
+        "inverse_lut_std": _maybe(response.inverse_lut_std, lambda std: std.tolist()),
+        "response_lut": response.response_lut.tolist(),
+        "noise": {
+            "u": response.noise.slope,
+            "v": response.noise.floor,
+            "U": response.noise.slope_8bit,
+            "V": response.noise.floor_8bit,
+            "std": None,
+        },
+        "observed_levels": list(response.observed_levels),
+        "pairs": response.n_pairs,
+        "status": response.status.value,
+        "flags": [flag.code for flag in response.flags],
+        "search": _maybe(
+            response.history,
+            lambda history: {
+                "objective": history.objective,
+                "values": list(history.values),
+                "evaluations": history.evaluations,
+            },
+        ),
+        "cooccurrence": _maybe(response.table, _table_to_json),
+    }
+
+
+def _response(content: JsonObject, entry: JsonObject) -> Response:
+    n_levels = int(content["levels"])
+    inverse_lut = _numbers(entry, "inverse_lut", n_levels)
+    low, high = (int(level) for level in entry["observed_levels"])
+    return Response(
+        name=str(entry["name"]),
+        curve=_curve(content["model"], entry["parameters"], inverse_lut),
+        noise=AffineNoise(float(entry["noise"]["u"]), float(entry["noise"]["v"])),
+        n_levels=n_levels,
+        observed_levels=(low, high),
+        n_pairs=int(entry["pairs"]),
+        method=str(content["method"]),
+        status=Status(entry["status"]),
+        flags=tuple(Flag.from_code(code) for code in entry["flags"]),
+        inverse_lut_std=_maybe(
+            entry["inverse_lut_std"], lambda _: _numbers(entry, "inverse_lut_std", n_levels)
+        ),
+        history=_maybe(
+            entry.get("search"),
+            lambda search: SearchHistory(
+                str(search["objective"]),
+                tuple(float(value) for value in search["values"]),
+                int(search["evaluations"]),
+            ),
+        ),
+        table=_maybe(entry.get("cooccurrence"), lambda table: _table(table, n_levels)),
+    )
+
+
+def _curve(
+    model: str | None, parameters: dict[str, float] | None, inverse_lut: Floats
+) -> AbstractCurve:
+    if model is not None and parameters is not None:
+        names = MODELS[model].parameter_names
+        return ModelCurve(model, tuple(float(parameters[name]) for name in names))
+    brightness = np.linspace(0.0, 1.0, inverse_lut.size)
+    return SampledCurve(tuple(inverse_lut.tolist()), tuple(brightness.tolist()))
+
+
+def _parameters(curve: AbstractCurve) -> dict[str, float] | None:
+    if not isinstance(curve, ModelCurve):
+        return None
+    names = MODELS[curve.model].parameter_names
+    return dict(zip(names, curve.parameters, strict=True))
+
+
+def _numbers(entry: JsonObject, key: str, size: int) -> Floats:
+    values = np.asarray(entry[key], dtype=np.float64)
+    if values.shape != (size,) or not np.isfinite(values).all():
+        msg = f"{key} should be {size} numbers"
+        raise ValueError(msg)
+    return values
+
+
+def _table_to_json(table: Cooccurrence) -> JsonObject | None:
+    """Each row as its first level with counts and the counts from there to the last."""
+    first, rows = [], []
+    for row in table.counts:
+        (seen,) = np.nonzero(row)
+        span = slice(seen[0], seen[-1] + 1) if seen.size else slice(0)
+        first.append(int(span.start or 0))
+        rows.append(row[span].tolist())
+    if sum(map(len, rows)) > _MOST_CELLS:
+        return None
+    return {"first": first, "counts": rows}
+
+
+def _table(entry: JsonObject, n_levels: int) -> Cooccurrence:
+    table = Cooccurrence.zeros(n_levels)
+    for row, first, counts in zip(table.counts, entry["first"], entry["counts"], strict=True):
+        row[first : first + len(counts)] = counts
+    return table
+
+
+def _maybe(value: Any, convert: Callable[[Any], T]) -> T | None:  # noqa: ANN401 - JSON
+    return None if value is None else convert(value)

@@ -1,0 +1,42 @@
+"""What every method of calibration promises, and the registry of methods."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from chartless._registry import Registry
+from chartless.cooccurrence import Cooccurrence
+from chartless.response import Response
+
+Progress = Callable[[float], None]
+"""Called now and then with the share of the work done, 0 … 1."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbstractCalibrator(ABC):
+    """Settings in the constructor, evidence to `calibrate`, a `Response` out."""
+
+    @abstractmethod
+    def calibrate(
+        self, table: Cooccurrence, *, channel: str = "Y", progress: Progress | None = None
+    ) -> Response:
+        """Estimate the response of one channel.
+
+        Parameters
+        ----------
+        table : Cooccurrence
+            Level pairs of a still scene.
+        channel : str
+            Name to carry in the result.
+        progress : callable, optional
+            Told the share of the work done.
+
+        Returns
+        -------
+        Response
+            Never raises for doubtful evidence: flags say what is doubtful.
+        """
+
+
+CALIBRATORS: Registry[Callable[..., AbstractCalibrator]] = Registry("method")
+"""Methods by name; each makes a calibrator from keyword settings."""

@@ -1,0 +1,86 @@
+"""The program: commands, and the one place where errors become a line and an exit status."""
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+from typer.exceptions import Abort, TyperException
+
+from chartless._version import __version__
+from chartless.cli.calibrate import calibrate
+from chartless.cli.demo import demo
+from chartless.cli.linearize import linearize
+from chartless.cli.show import show
+from chartless.cli.simulate import simulate
+from chartless.errors import ChartlessError
+
+BAD_INPUT, INTERNAL, INTERRUPTED = 2, 1, 130
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,  # plain help: starts faster, pipes well
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
+)
+for command in (demo, calibrate, linearize, show, simulate):
+    app.command()(command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"chartless {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def program(
+    _: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Find a camera's response function from the pictures it already takes.
+
+    \b
+    Example:
+        chartless calibrate a.jpg b.jpg -o camera.json
+        chartless linearize camera.json a.jpg -o linear.exr
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program and return its exit status.
+
+    Set CHARTLESS_DEBUG to see the traceback of an error.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        status = app(given or ["--help"], standalone_mode=False)
+    except TyperException as error:
+        return _fail(f"{error.format_message()} (see chartless --help)", given, BAD_INPUT)
+    except ChartlessError as error:
+        return _fail(str(error), given, BAD_INPUT)
+    except (KeyboardInterrupt, Abort):
+        return _fail("interrupted", given, INTERRUPTED)
+    except BrokenPipeError:  # the reader of our output has gone, as `head` does
+        sys.stdout = None  # type: ignore[assignment]  # nothing is left to flush to
+        return 0
+    except Exception as error:
+        text = f"internal error: {type(error).__name__}: {error}; please report it"
+        return _fail(text, given, INTERNAL)
+    return int(status or 0)
+
+
+def _fail(message: str, given: list[str], status: int) -> int:
+    if os.environ.get("CHARTLESS_DEBUG") and sys.exc_info()[0] is not None:
+        sys.excepthook(*sys.exc_info())  # type: ignore[arg-type]  # checked on the line above
+    line = " ".join(message.split())
+    print(f"chartless: error: {line}", file=sys.stderr)
+    if "--json" in given:
+        print(json.dumps({"error": line}, ensure_ascii=False))
+    return status

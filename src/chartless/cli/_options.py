@@ -1,0 +1,32 @@
+"""Options that several commands share, and how their texts are read."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chartless.curves import AbstractCurve, named_curve
+from chartless.errors import ParameterError
+from chartless.noise import AffineNoise
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines.")]
+
+
+def parse_noise(text: str) -> AffineNoise:
+    """Noise from ``U,V`` in 8-bit units."""
+    try:
+        slope, floor = (float(part) for part in text.split(","))
+    except ValueError:
+        msg = f"noise must be two numbers U,V such as 0.03,16, not {text!r}"
+        raise ParameterError(msg) from None
+    return AffineNoise.from_8bit(slope, floor)
+
+
+def parse_curve(text: str) -> AbstractCurve:
+    """Curve from a file of samples, a truth.json of ``simulate``, or a name such as ``srgb``."""
+    path = Path(text)
+    if path.suffix.lower() in (".csv", ".txt", ".json"):
+        from chartless.curve_file import read_curve
+
+        return read_curve(path)
+    return named_curve(text)

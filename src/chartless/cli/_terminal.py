@@ -1,0 +1,85 @@
+"""What people see while they wait and when it is done."""
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from chartless.calibration import Calibration
+from chartless.types import JsonObject
+from chartless.workflow import Progress
+
+FLAGGED = 3
+"""Exit status under --strict when a result is flagged."""
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress | None]:
+    """Yield a progress callback that draws on standard error, or None off a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console  # noqa: PLC0415 - only where it is seen
+    from rich.progress import Progress as Bar  # noqa: PLC0415
+
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+
+        def update(stage: str, share: float) -> None:
+            bar.update(task, description=stage, completed=share)
+
+        yield update
+
+
+def remark(text: str) -> None:
+    """Print a remark on standard error."""
+    print(f"chartless: note: {text}", file=sys.stderr)
+
+
+def print_json(content: JsonObject) -> None:
+    """Print one JSON object on standard output."""
+    print(json.dumps(content, ensure_ascii=False, allow_nan=False))
+
+
+def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print aligned columns, the first flush left and the others right."""
+    widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+    for row in (header, *rows):
+        cells = (
+            cell.rjust(width) if place else cell.ljust(width)
+            for place, (cell, width) in enumerate(zip(row, widths, strict=True))
+        )
+        print("  ".join(cells).rstrip())
+
+
+def print_summary(calibration: Calibration, errors: Sequence[float] | None = None) -> None:
+    """Print a line for each channel, and what is doubtful as remarks.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    errors : sequence of float, optional
+        RMSE of each channel against a known truth.
+    """
+    header = ["channel", "U", "V", "levels seen", "similarity", "status"]
+    rows = []
+    for response in calibration.channels:
+        low, high = response.observed_levels
+        history = response.history
+        rows.append(
+            [
+                response.name,
+                f"{response.noise.slope_8bit:.4f}",
+                f"{response.noise.floor_8bit:.2f}",
+                f"{low} to {high}",
+                f"{history.values[-1]:.4f}" if history else "-",
+                response.status.value if not response.flags else "doubtful",
+            ]
+        )
+    if errors is not None:
+        header.insert(1, "RMSE")
+        for row, error in zip(rows, errors, strict=True):
+            row.insert(1, f"{error:.4f}")
+    print_table(header, rows)
+    for flag, names in calibration.flags.items():
+        remark(f"{flag.code} ({', '.join(names)}): {flag.advice}")

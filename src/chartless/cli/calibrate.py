@@ -1,0 +1,80 @@
+"""``chartless calibrate``: frames of a still scene → calibration."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chartless.cli._options import AsJson, parse_noise
+from chartless.cli._terminal import FLAGGED, print_json, print_summary, progress_bar, remark
+
+
+def calibrate(
+    frames: Annotated[
+        list[Path], typer.Argument(help="Two or more pictures of one still scene.", show_default=False)
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Calibration to write [default: camera.json].", show_default=False),
+    ] = None,
+    model: Annotated[str, typer.Option(help="Family of response curves.")] = "ameegc2-exact",
+    method: Annotated[str, typer.Option(help="Method of estimation: ism-bin or ism-sampled.")] = "ism-bin",
+    channels: Annotated[str, typer.Option(help="auto (as in the file), rgb or luma.")] = "auto",
+    levels: Annotated[int, typer.Option(help="Reduce the frames to this many levels.")] = 256,
+    mask: Annotated[
+        Path | None, typer.Option(help="Picture that is black where pixels are to be left out.")
+    ] = None,
+    rounds: Annotated[int, typer.Option(help="Rounds of the search.")] = 15,
+    iterations: Annotated[int, typer.Option(help="Iterations per round, for noise and curve each.")] = 10,
+    start: Annotated[str, typer.Option(help="Noise U,V to start from, in 8-bit units.")] = "0.06,1",
+    curve_step: Annotated[
+        float, typer.Option(help="First step of the curve; 1 is the spread of real cameras.")
+    ] = 0.5,
+    noise_step: Annotated[float, typer.Option(help="First step of the noise, in ln u and ln v.")] = 0.5,
+    shrink: Annotated[float, typer.Option(help="Factor on the steps from round to round.")] = 0.9,
+    seed: Annotated[
+        int, typer.Option(help="Seed for methods that draw random numbers; these do not.")
+    ] = 0,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with status 3 if the result is doubtful.")] = False,
+    as_json: AsJson = False,
+) -> int:
+    """Estimate the camera's response from FRAMES of one still scene.
+
+    The frames must have one exposure: two shots from a tripod are enough. Consecutive frames
+    are compared, so give them in the order they were taken.
+
+    \b
+    Example:
+        chartless calibrate a.jpg b.jpg -o camera.json
+        chartless calibrate burst/*.png --channels luma --json
+    """
+    from chartless.calibration_file import save, to_json
+    from chartless.workflow import calibrate as calibrate_camera
+
+    with progress_bar() as progress:
+        calibration = calibrate_camera(
+            frames,
+            model=model,
+            method=method,
+            channels=channels,
+            n_levels=levels,
+            mask=mask,
+            progress=progress,
+            rounds=rounds,
+            iterations=iterations,
+            start=parse_noise(start),
+            curve_step=curve_step,
+            noise_step=noise_step,
+            shrink=shrink,
+        )
+    target = output or (None if as_json else Path("camera.json"))
+    if target is not None:
+        save(calibration, target)
+    for text in calibration.provenance["remarks"]:
+        remark(text)
+    if as_json:
+        print_json(to_json(calibration))
+    else:
+        print_summary(calibration)
+        print(f"\ncalibration of {len(frames)} frames written to {target}")
+    return FLAGGED if strict and calibration.flags else 0

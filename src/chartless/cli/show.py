@@ -1,0 +1,46 @@
+"""``chartless show``: a calibration as a table and a picture."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chartless.cli._options import AsJson, parse_curve
+from chartless.cli._terminal import print_json, print_summary
+
+
+def show(
+    calibration: Annotated[Path, typer.Argument(help="File that calibrate wrote.", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Picture to draw: .png, .svg or .pdf.")
+    ] = None,
+    truth: Annotated[
+        str | None,
+        typer.Option(help="Known response to compare with: NAME[:params], CSV, or truth.json."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show a calibration: noise, levels seen, what is doubtful, and with -o the curves.
+
+    \b
+    Example:
+        chartless show camera.json
+        chartless show camera.json -o camera.png --truth srgb
+    """
+    from chartless.calibration_file import load, to_json
+    from chartless.response import rmse
+
+    loaded = load(calibration)
+    known = None if truth is None else parse_curve(truth)
+    errors = None if known is None else [rmse(each.curve, known) for each in loaded.channels]
+    if output is not None:
+        from chartless.plotting import overview, save_figure
+
+        save_figure(overview(loaded, truth=known), output)
+    if as_json:
+        content = to_json(loaded)
+        print_json(content if errors is None else {**content, "truth": {"rmse": errors}})
+        return
+    print_summary(loaded, errors)
+    if output is not None:
+        print(f"\npicture written to {output}")

@@ -1,0 +1,150 @@
+"""How often a pixel shows one level in a frame and another level in the next.
+
+The co-occurrence table is all that calibration by noise keeps of the pictures: L × L
+integers, however many frames went in. Tables of different frames, tiles or machines add up,
+so frames are read once, counted and forgotten.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from chartless.errors import ParameterError
+from chartless.types import Counts, Levels
+
+MIN_LEVELS = 16
+"""Fewer levels than this hide the noise of any camera worth calibrating."""
+MAX_LEVELS = 4096
+"""A table of this many levels squared takes 128 MiB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cooccurrence:
+    """Counts of level pairs over frames of one still scene; tables add with ``+``.
+
+    Parameters
+    ----------
+    counts : ndarray of int64, shape (L, L)
+        ``counts[i, j]`` pixels showed level i in the earlier frame of a pair and level j in
+        the later one. Kept as counted, not symmetrised: a drift between frames shows as
+        asymmetry. The order of the two frames carries no other information, so estimators
+        use `symmetric`.
+
+    Examples
+    --------
+    >>> first = np.array([[0, 1], [2, 3]], dtype=np.uint8)
+    >>> table = Cooccurrence.of_pair(first, first[::-1], n_levels=4)
+    >>> table.counts[0, 2], table.n_pairs
+    (np.int64(1), 4)
+    """
+
+    counts: Counts
+
+    def __post_init__(self) -> None:
+        if self.counts.ndim != 2 or self.counts.shape[0] != self.counts.shape[1]:  # noqa: PLR2004
+            msg = f"a co-occurrence table is square, not of shape {self.counts.shape}"
+            raise ParameterError(msg)
+
+    @classmethod
+    def zeros(cls, n_levels: int = 256) -> "Cooccurrence":
+        """Return the empty table, to which all others add."""
+        return cls(np.zeros((n_levels, n_levels), dtype=np.int64))
+
+    @classmethod
+    def of_pair(
+        cls,
+        first: Levels,
+        second: Levels,
+        *,
+        n_levels: int = 256,
+        mask: npt.NDArray[np.bool_] | None = None,
+    ) -> "Cooccurrence":
+        """Count the level pairs of two frames.
+
+        Parameters
+        ----------
+        first, second : ndarray of uint8 or uint16, equal shapes
+            Levels of one channel, each below `n_levels` (see `level_table`).
+        n_levels : int
+        mask : ndarray of bool, optional
+            Same shape; only pixels where it is True are counted.
+        """
+        if mask is not None:
+            first, second = first[mask], second[mask]
+        # Two bytes side by side make a 16-bit index: a quarter of the traffic of int64.
+        index_type = np.uint16 if n_levels <= 256 else np.uint32  # noqa: PLR2004 - a byte's values
+        index = first.astype(index_type)
+        index *= index_type(n_levels)
+        index += second
+        counts = np.bincount(index.ravel(), minlength=n_levels**2)
+        if counts.size > n_levels**2:
+            msg = f"a frame holds levels of {n_levels} and above"
+            raise ParameterError(msg)
+        return cls(counts.reshape(n_levels, n_levels).astype(np.int64, copy=False))
+
+    def __add__(self, other: "Cooccurrence") -> "Cooccurrence":
+        if self.n_levels != other.n_levels:
+            msg = f"tables of {self.n_levels} and {other.n_levels} levels do not add"
+            raise ParameterError(msg)
+        return Cooccurrence(self.counts + other.counts)
+
+    @property
+    def n_levels(self) -> int:
+        """Number of levels L."""
+        return self.counts.shape[0]
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of pixel pairs counted."""
+        return int(self.counts.sum())
+
+    @property
+    def symmetric(self) -> Counts:
+        """Counts with the order of the frames forgotten: C + Cᵀ, shape (L, L)."""
+        return self.counts + self.counts.T
+
+    @property
+    def histogram(self) -> Counts:
+        """How often each level occurs in either frame, shape (L,)."""
+        return self.counts.sum(axis=0) + self.counts.sum(axis=1)
+
+    @property
+    def observed_levels(self) -> tuple[int, int]:
+        """Lowest and highest level that occur; (0, -1) of an empty table."""
+        (seen,) = np.nonzero(self.histogram)
+        return (int(seen[0]), int(seen[-1])) if seen.size else (0, -1)
+
+
+def level_table(bit_depth: int, n_levels: int) -> Levels:
+    """Look-up table that reduces the levels of a file to `n_levels`.
+
+    The reduced level is the nearest on a uniform grid, ``round(level (L − 1)/(2^b − 1))``, so
+    brightness level/(L − 1) keeps its meaning and the reduced level k stands for brightness
+    (k ± ½)/(L − 1).
+
+    Parameters
+    ----------
+    bit_depth : int
+        b, 1 … 16.
+    n_levels : int
+        L, between `MIN_LEVELS` and the smaller of 2^b and `MAX_LEVELS`.
+
+    Returns
+    -------
+    ndarray of uint8 or uint16, shape (2^b,)
+
+    Raises
+    ------
+    ParameterError
+        If `n_levels` is out of range.
+    """
+    size = 1 << bit_depth
+    if not MIN_LEVELS <= n_levels <= min(size, MAX_LEVELS):
+        msg = (
+            f"levels must lie between {MIN_LEVELS} and {min(size, MAX_LEVELS)} "
+            f"for {bit_depth}-bit frames, not {n_levels}"
+        )
+        raise ParameterError(msg)
+    reduced = (np.arange(size, dtype=np.int64) * (n_levels - 1) * 2 + size - 1) // (2 * (size - 1))
+    return reduced.astype(np.uint8 if n_levels <= 256 else np.uint16)  # noqa: PLR2004

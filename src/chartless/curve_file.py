@@ -1,0 +1,68 @@
+"""Measured response curves in text files: two columns, irradiance and brightness."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from chartless.curves import SampledCurve
+from chartless.errors import ParameterError
+
+
+def read_curve(path: Path) -> SampledCurve:
+    """Read a response curve.
+
+    Parameters
+    ----------
+    path : Path
+        Either ``.json`` as ``chartless simulate`` writes it, or text with a sample in each
+        line: irradiance and brightness, separated by comma, semicolon or white space.
+        Lines that begin with ``#``, and one line of column names at the top, are skipped.
+
+    Returns
+    -------
+    SampledCurve
+
+    Raises
+    ------
+    ParameterError
+        If the file cannot be read or holds no response curve.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f"{path}: cannot be read as a text file: {getattr(error, 'strerror', error)}"
+        raise ParameterError(msg) from error
+    try:
+        samples = _from_json(text) if path.suffix.lower() == ".json" else _from_text(text)
+        return SampledCurve(tuple(samples[:, 0].tolist()), tuple(samples[:, 1].tolist()))
+    except ValueError as error:
+        msg = f"{path}: {error}"
+        raise ParameterError(msg) from error
+
+
+def _from_json(text: str) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
+    content = json.loads(text)
+    if not isinstance(content, dict) or "response_lut" not in content:
+        msg = "holds no response_lut; give the truth.json of chartless simulate, or a CSV file"
+        raise ValueError(msg)
+    brightness = np.asarray(content["response_lut"], dtype=np.float64)
+    return np.column_stack([np.linspace(0.0, 1.0, brightness.size), brightness])
+
+
+def _from_text(text: str) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
+    rows: list[list[float]] = []
+    lines = (line.strip() for line in text.splitlines())
+    for number, line in enumerate(lines, start=1):
+        if not line or line.startswith("#"):
+            continue
+        cells = line.replace(",", " ").replace(";", " ").split()
+        try:
+            irradiance, brightness = map(float, cells)
+        except ValueError:
+            if not rows and not any(cell[:1].isdigit() for cell in cells):
+                continue  # names of the columns
+            msg = f"line {number} is not two numbers, irradiance and brightness: {line[:40]!r}"
+            raise ValueError(msg) from None
+        rows.append([irradiance, brightness])
+    return np.array(rows, dtype=np.float64).reshape(-1, 2)

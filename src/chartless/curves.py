@@ -1,0 +1,149 @@
+"""One response curve, whatever it is made of: f, its inverse g, nothing else."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import override
+
+from chartless.errors import ParameterError, UnknownNameError
+from chartless.models import MODELS
+from chartless.types import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class AbstractCurve(ABC):
+    """A response curve f: irradiance in [0, 1] → brightness in [0, 1], increasing."""
+
+    @abstractmethod
+    def response(self, irradiance: npt.ArrayLike) -> Floats:
+        """Brightness f(I); irradiance outside [0, 1] is clipped, as a sensor does."""
+
+    @abstractmethod
+    def inverse(self, brightness: npt.ArrayLike) -> Floats:
+        """Irradiance g(O) of a brightness in [0, 1]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ModelCurve(AbstractCurve):
+    """A member of a family: a model with its parameters.
+
+    Parameters
+    ----------
+    model : str
+        Name in `MODELS`.
+    parameters : tuple of float
+
+    Examples
+    --------
+    >>> ModelCurve("gamma", (0.5,)).inverse(0.5)
+    array(0.25)
+    """
+
+    model: str
+    parameters: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        self.response(0.5)  # raises if the model or the parameters are no good
+
+    @override
+    def response(self, irradiance: npt.ArrayLike) -> Floats:
+        return MODELS[self.model].response(irradiance, self.parameters)
+
+    @override
+    def inverse(self, brightness: npt.ArrayLike) -> Floats:
+        return MODELS[self.model].inverse(brightness, self.parameters)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SampledCurve(AbstractCurve):
+    """A measured curve: samples joined by straight lines.
+
+    Parameters
+    ----------
+    irradiance, brightness : tuple of float
+        Samples from (0, 0) to (1, 1), strictly increasing in irradiance, never decreasing
+        in brightness.
+
+    Raises
+    ------
+    ParameterError
+        If the samples are no response curve.
+    """
+
+    irradiance: tuple[float, ...]
+    brightness: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        x, y = np.asarray(self.irradiance), np.asarray(self.brightness)
+        if x.size < 2 or x.shape != y.shape:  # noqa: PLR2004 - a line needs two points
+            msg = "a curve needs two columns, irradiance and brightness, of two rows or more"
+        elif not (np.all(np.diff(x) > 0) and np.all(np.diff(y) >= 0)):
+            msg = "a response curve must increase: irradiance strictly, brightness never down"
+        elif not (x[0] == 0 and x[-1] == 1 and y[0] == 0 and y[-1] == 1):
+            msg = (
+                f"a response curve runs from (0, 0) to (1, 1), this one from "
+                f"({x[0]:g}, {y[0]:g}) to ({x[-1]:g}, {y[-1]:g})"
+            )
+        else:
+            return
+        raise ParameterError(msg)
+
+    @override
+    def response(self, irradiance: npt.ArrayLike) -> Floats:
+        return np.asarray(np.interp(irradiance, self.irradiance, self.brightness))
+
+    @override
+    def inverse(self, brightness: npt.ArrayLike) -> Floats:
+        # np.interp wants increasing abscissae; of a flat stretch the first point is kept.
+        y, first = np.unique(self.brightness, return_index=True)
+        return np.asarray(np.interp(brightness, y, np.asarray(self.irradiance)[first]))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SrgbCurve(AbstractCurve):
+    """The transfer function of sRGB (IEC 61966-2-1): linear near black, then a power law."""
+
+    @override
+    def response(self, irradiance: npt.ArrayLike) -> Floats:
+        x = np.clip(np.asarray(irradiance, dtype=np.float64), 0.0, 1.0)
+        return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)  # noqa: PLR2004
+
+    @override
+    def inverse(self, brightness: npt.ArrayLike) -> Floats:
+        y = np.clip(np.asarray(brightness, dtype=np.float64), 0.0, 1.0)
+        return np.where(y <= 0.04045, y / 12.92, ((y + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
+
+
+_STANDARD: dict[str, Callable[[], AbstractCurve]] = {
+    "linear": lambda: ModelCurve("gamma", (1.0,)),
+    "srgb": SrgbCurve,
+}
+
+
+def named_curve(text: str) -> AbstractCurve:
+    """Curve that a user names: ``srgb``, ``linear`` or ``MODEL:PARAMETER,PARAMETER,…``.
+
+    Examples
+    --------
+    >>> named_curve("gamma:0.5").response(0.25)
+    array(0.5)
+    """
+    name, colon, values = text.partition(":")
+    if name in _STANDARD and not colon:
+        return _STANDARD[name]()
+    if name not in MODELS:
+        kind = "response"
+        raise UnknownNameError(kind, name, [*_STANDARD, *MODELS])
+    try:
+        parameters = tuple(float(value) for value in values.split(",") if value)
+    except ValueError:
+        msg = f"parameters of {name} must be numbers separated by commas, not {values!r}"
+        raise ParameterError(msg) from None
+    return ModelCurve(name, parameters)

@@ -1,0 +1,57 @@
+"""Errors a user can repair, each one sentence: what is wrong, what was given, what would work.
+
+Every leaf also inherits the builtin that fits it, so library code may catch
+``ValueError`` or ``OSError`` as usual. The command line prints the message of a
+`ChartlessError` on one line and exits with status 2; it never prints a traceback.
+"""
+
+from collections.abc import Collection
+from difflib import get_close_matches
+
+
+class ChartlessError(Exception):
+    """Base of every error that names something the user can repair."""
+
+
+class UnknownNameError(ChartlessError, LookupError):
+    """A model, method, response or file format that nobody registered.
+
+    The structured arguments stay in ``args``, so the error survives pickling
+    (worker processes) and callers need not parse the text.
+    """
+
+    def __init__(self, kind: str, name: str, known: Collection[str]) -> None:
+        super().__init__(kind, name, tuple(known))
+
+    def __str__(self) -> str:
+        kind, name, known = self.args
+        close = get_close_matches(name, known, n=1)
+        hint = f" Did you mean {close[0]!r}?" if close else ""
+        return f"unknown {kind} {name!r}.{hint} Available: {', '.join(known)}."
+
+
+class _FileError(ChartlessError, OSError):
+    """Base of the errors about one file; ``args`` are its path and what to do about it."""
+
+    def __str__(self) -> str:  # OSError would print the arguments as a tuple
+        return ": ".join(str(argument) for argument in self.args)
+
+
+class ImageError(_FileError):
+    """A picture that cannot be read, or values that its format cannot hold."""
+
+
+class OutputError(_FileError):
+    """A place where no file can be written."""
+
+
+class UnfitFramesError(ChartlessError, ValueError):
+    """Frames were read, but no response can be read out of their noise."""
+
+
+class CalibrationFileError(ChartlessError, ValueError):
+    """A calibration file that is damaged, foreign or of another version."""
+
+
+class ParameterError(ChartlessError, ValueError):
+    """A value outside the range in which the request has a meaning."""

@@ -1,0 +1,154 @@
+"""Frames in, tables out: the only loop that touches every pixel.
+
+Consecutive frames are compared, each with the next: they are closest in time, so that light
+and camera have drifted least, each frame serves in at most two pairs, which keeps the pairs
+nearly independent, and the cost grows with the number of frames, not its square. Comparing
+all pairs of 10 frames instead of two frames improves the estimate by a fifth at best: the
+limit is the unknown ratio of the noise parameters, not the number of counts.
+
+Two frames are held at a time, and the tables.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from chartless.cooccurrence import Cooccurrence, level_table
+from chartless.errors import ParameterError, UnfitFramesError
+from chartless.frame import Frame
+from chartless.screening import PairCheck, check_pair
+from chartless.types import Levels
+
+CHANNELS = ("auto", "rgb", "luma")
+"""Ways to split a frame: as it is; red, green and blue; or the luma of the three."""
+# Y of JPEG files: ITU-R BT.601.
+_LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseEvidence:
+    """What is kept of the frames of one still scene."""
+
+    tables: dict[str, Cooccurrence]
+    """Co-occurrence table of each channel, by its name."""
+    checks: tuple[PairCheck, ...]
+    """One for each pair of consecutive frames."""
+    bit_depth: int
+    """Of the frames as read."""
+    n_frames: int
+
+
+def noise_evidence(
+    frames: Iterable[Frame],
+    *,
+    channels: str = "auto",
+    n_levels: int = 256,
+    mask: npt.NDArray[np.bool_] | None = None,
+    on_frame: Callable[[Frame], None] | None = None,
+) -> NoiseEvidence:
+    """Count the level pairs of consecutive frames, channel by channel.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+        Two or more, consumed one by one.
+    channels : str
+        "auto" (those of the frames), "rgb" or "luma".
+    n_levels : int
+        Levels are reduced to this many (see `chartless.cooccurrence.level_table`).
+    mask : ndarray of bool, shape (M, N), optional
+        Only pixels where it is True are used.
+    on_frame : callable, optional
+        Called with each frame when it has been counted.
+
+    Returns
+    -------
+    NoiseEvidence
+
+    Raises
+    ------
+    UnfitFramesError
+        If there are fewer than two frames, if they differ in size, channels or bit depth,
+        or if two have identical pixels.
+    ParameterError
+        If `channels` or `n_levels` does not suit the frames, or the mask their size.
+    """
+    if channels not in CHANNELS:
+        msg = f"channels must be one of {', '.join(CHANNELS)}, not {channels!r}"
+        raise ParameterError(msg)
+    tables: dict[str, Cooccurrence] = {}
+    checks: list[PairCheck] = []
+    before: tuple[Frame, dict[str, Levels]] | None = None
+    frame: Frame | None = None
+    for frame in frames:
+        if before is not None:
+            _require_alike(before[0], frame)
+        elif mask is not None and mask.shape != frame.levels.shape[:2]:
+            msg = f"the mask is {_size(mask)}, the frames are {_size(frame.levels)} pixels"
+            raise ParameterError(msg)
+        planes = _planes(frame, channels, n_levels)
+        if before is not None:
+            if np.array_equal(before[0].levels, frame.levels):
+                msg = (
+                    f"{before[0].path} and {frame.path} show identical pixels, so there is no "
+                    "noise to read: give different shots of the scene"
+                )
+                raise UnfitFramesError(msg)
+            for name, plane in planes.items():
+                pair = Cooccurrence.of_pair(
+                    before[1][name], plane, n_levels=n_levels, mask=mask
+                )
+                tables[name] = tables[name] + pair if name in tables else pair
+            middle = list(planes)[len(planes) // 2]
+            checks.append(check_pair(before[1][middle], planes[middle], mask))
+        before = frame, planes
+        if on_frame is not None:
+            on_frame(frame)
+    if frame is None or not checks:
+        given = "none" if frame is None else f"only {frame.path}"
+        msg = (
+            f"calibration needs two or more frames of the same still scene, {given} was given: "
+            "photograph it again with the same settings"
+        )
+        raise UnfitFramesError(msg)
+    return NoiseEvidence(tables, tuple(checks), frame.bit_depth, len(checks) + 1)
+
+
+def _planes(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:
+    levels = frame.levels
+    n_channels = levels.shape[-1]
+    if n_channels == 1 and channels == "rgb":
+        msg = f"{frame.path} is grey and has no red, green and blue: leave --channels at auto"
+        raise ParameterError(msg)
+    if channels == "luma" and n_channels == 3:  # noqa: PLR2004 - red, green, blue
+        luma: Levels = np.rint(levels @ _LUMA).astype(levels.dtype)
+        planes = {"Y": luma}
+    else:
+        planes = {name: levels[..., c] for c, name in enumerate(frame.channel_names)}
+    reduce = level_table(frame.bit_depth, n_levels)
+    if reduce.size == n_levels:
+        return planes
+    return {name: reduce[plane] for name, plane in planes.items()}
+
+
+def _require_alike(first: Frame, other: Frame) -> None:
+    a, b = first.levels, other.levels
+    if a.shape[:2] != b.shape[:2]:
+        what = "size", _size(a), _size(b)
+    elif a.shape[2] != b.shape[2]:
+        what = "channels", f"{a.shape[2]}", f"{b.shape[2]}"
+    elif first.bit_depth != other.bit_depth:
+        what = "bit depth", f"{first.bit_depth} bits", f"{other.bit_depth} bits"
+    else:
+        return
+    msg = (
+        f"the frames differ in {what[0]}: {first.path} has {what[1]}, {other.path} has "
+        f"{what[2]}; give frames from one camera with one setting"
+    )
+    raise UnfitFramesError(msg)
+
+
+def _size(array: npt.NDArray[np.generic]) -> str:
+    return f"{array.shape[1]} × {array.shape[0]}"

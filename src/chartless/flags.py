@@ -1,0 +1,75 @@
+"""What may be doubtful about a calibration, in words: the flags of a result.
+
+A result that exists but deserves less trust is flagged, not refused. The values are what
+calibration files hold; `advice` is what people are shown.
+"""
+
+from enum import Enum
+
+
+class Flag(Enum):
+    """A doubt about a result, with what to do about it."""
+
+    LEVELS_UNSEEN = (
+        "levels-unseen",
+        "the frames show only part of the brightness range; outside it the curve is "
+        "extrapolated: include dark and bright parts in the scene",
+    )
+    CLIPPED = (
+        "clipped",
+        "many pixels are fully black or white and say nothing: change the exposure",
+    )
+    MOTION = (
+        "motion",
+        "the frames seem displaced against each other: use a tripod and a self-timer",
+    )
+    BRIGHTNESS_DRIFT = (
+        "brightness-drift",
+        "the light or the exposure changed between frames: fix the exposure by hand, avoid "
+        "flickering lamps",
+    )
+    STRUCTURED_DIFFERENCE = (
+        "structured-difference",
+        "the difference of the frames has large patches: something moved, or the light did",
+    )
+    CORRELATED_NOISE = (
+        "correlated-noise",
+        "neighbouring pixels share their noise, the mark of denoising, sharpening or strong "
+        "compression: switch these off or use a higher quality",
+    )
+    LOW_NOISE = (
+        "low-noise",
+        "the noise hardly exceeds the rounding of the levels: raise the ISO",
+    )
+    NOISE_AT_BOUND = (
+        "noise-at-bound",
+        "the noise estimate ended at a limit of the search: the frames do not determine it",
+    )
+    MISFIT = (
+        "misfit",
+        "the model explains the level pairs poorly: the camera may process its pictures in "
+        "ways a response curve and sensor noise do not describe",
+    )
+    SEARCH_UNFINISHED = (
+        "search-unfinished",
+        "the search was still improving when it stopped: raise --rounds",
+    )
+
+    @property
+    def code(self) -> str:
+        """Name in calibration files."""
+        return self.value[0]
+
+    @property
+    def advice(self) -> str:
+        """What it means and what to do, in one sentence."""
+        return self.value[1]
+
+    @classmethod
+    def from_code(cls, code: str) -> "Flag":
+        """Flag with this name; raises ValueError for an unknown one."""
+        for flag in cls:
+            if flag.code == code:
+                return flag
+        msg = f"unknown flag {code!r}"
+        raise ValueError(msg)

@@ -1,0 +1,67 @@
+"""Pictures as values: what a file held; no file format is known here."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from chartless.types import Floats32, Levels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """Levels of one picture file, and what the camera noted about it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    levels : ndarray of uint8 or uint16, shape (height, width, channels), C-contiguous
+        As stored: no colour conversion, no rotation. One channel (grey) or three (RGB).
+    exposure_time : float, optional
+        Seconds. This and the fields below come from EXIF; None if the file does not say.
+    f_number : float, optional
+    iso : float, optional
+    camera : str, optional
+        Maker and model.
+    orientation : int
+        EXIF orientation 1 … 8: how a viewer should turn the picture. 1 is as stored.
+    remarks : tuple of str
+        What reading left out or chose, for the user: "dropped the alpha channel".
+    """
+
+    path: Path
+    levels: Levels
+    exposure_time: float | None = None
+    f_number: float | None = None
+    iso: float | None = None
+    camera: str | None = None
+    orientation: int = 1
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def bit_depth(self) -> int:
+        """8 or 16: bits of a sample in the file, used or not."""
+        return 8 * self.levels.itemsize
+
+    @property
+    def channel_names(self) -> tuple[str, ...]:
+        """``("Y",)`` or ``("R", "G", "B")``."""
+        return ("Y",) if self.levels.shape[2] == 1 else ("R", "G", "B")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """Values of one picture file, of levels or of light.
+
+    Parameters
+    ----------
+    values : ndarray of float32, shape (height, width, channels)
+        Levels divided by the largest, 0 … 1, or what a floating-point file holds.
+    orientation : int
+        As in `Frame`.
+    remarks : tuple of str
+        As in `Frame`.
+    """
+
+    values: Floats32
+    orientation: int = 1
+    remarks: tuple[str, ...] = ()

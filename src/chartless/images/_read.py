@@ -1,0 +1,307 @@
+"""Read one picture file level for level, or say in one line why not.
+
+OpenImageIO decodes. It also helps where calibration must not be helped: it expands palettes,
+stretches 10 bits to 16, converts CMYK, multiplies colours by alpha and fills in the missing
+part of a JPEG. Each of these is refused here, or switched off.
+"""
+
+import math
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
+
+from chartless.errors import ImageError
+from chartless.frame import Frame, Picture
+from chartless.images._png import SIGNATURE as PNG_SIGNATURE
+from chartless.images._png import PngHeader, read_png_header
+
+MAX_PIXELS = 1 << 30
+"""No camera makes more; a header that claims more is damaged or hostile."""
+
+_FORMATS = ("png", "tiff", "jpeg", "bmp", "pnm", "webp", "jpeg2000")
+_MAGIC = (
+    PNG_SIGNATURE,
+    b"\xff\xd8\xff",  # JPEG
+    b"II*\0",  # TIFF
+    b"MM\0*",
+    b"II+\0",  # BigTIFF
+    b"MM\0+",
+    b"BM",
+    b"RIFF",  # WebP
+    b"\0\0\0\x0cjP  ",  # JPEG 2000
+)
+_RAW_SUFFIXES = (
+    *(".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dng", ".erf", ".iiq", ".kdc", ".mrw"),
+    *(".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".srw"),
+)
+_FLOATS = (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
+_WHITE_IS_ZERO, _PALETTE = 0, 3
+_PHOTOMETRIC = (_WHITE_IS_ZERO, 1, 2, 6)  # TIFF: grey, grey, RGB, YCbCr
+_PNM_HEADER = re.compile(rb"P[2356](?:\s+(?:#[^\n]*\n\s*)*(\d+)){3}\s")
+_TOO_LARGE = re.compile(r"limit|may not exceed|header claims")
+
+
+def read_frame(path: str | os.PathLike[str]) -> Frame:
+    """Read the levels of an 8- or 16-bit picture as they are stored.
+
+    Parameters
+    ----------
+    path : path-like
+        A PNG, TIFF, JPEG, BMP, PNM, WebP or JPEG 2000 file, recognised by its content.
+
+    Returns
+    -------
+    Frame
+        Of several pages the first; without alpha; `Frame.remarks` says so.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, unreadable, damaged or cut short, or holds anything but 8- or
+        16-bit grey or RGB levels.
+    """
+    path = Path(path)
+    head = _read_head(path)
+    png = _check_png(path) if head.startswith(PNG_SIGNATURE) else None
+    source = _open(path, head)
+    spec = source.spec()
+    _refuse_unfit(path, source.format_name(), spec, head)
+
+    n_channels = 1 if spec.nchannels <= 2 else 3  # noqa: PLR2004 - grey and alpha
+    levels = source.read_image(0, 0, 0, n_channels, "unknown")  # "unknown": as stored
+    reason = source.geterror()
+    if levels is None or reason:  # a short JPEG has levels, and a reason to distrust them
+        raise _damaged(path) from OSError(reason)
+    return Frame(
+        path=path,
+        levels=levels,
+        exposure_time=_number(spec, "ExposureTime"),
+        f_number=_number(spec, "FNumber"),
+        iso=_number(spec, "Exif:PhotographicSensitivity") or _number(spec, "Exif:ISOSpeedRatings"),
+        camera=_camera(spec),
+        orientation=_orientation(spec),
+        remarks=tuple(_remarks(source, spec, png)),
+    )
+
+
+def read_values(path: str | os.PathLike[str]) -> Picture:
+    """Read a picture as floating point: light, or levels divided by the largest.
+
+    Parameters
+    ----------
+    path : path-like
+        An EXR, HDR or floating-point TIFF file, or anything that `read_frame` reads.
+
+    Returns
+    -------
+    Picture
+
+    Raises
+    ------
+    ImageError
+        As for `read_frame`, and if a value is not finite.
+    """
+    path = Path(path)
+    head = _read_head(path)
+    source = None if head.startswith(PNG_SIGNATURE) else _open(path, head)
+    if source is None or source.spec().format.basetype not in _FLOATS:
+        frame = read_frame(path)
+        values = frame.levels.astype(np.float32) / np.float32((1 << frame.bit_depth) - 1)
+        return Picture(values, frame.orientation, frame.remarks)
+    spec = source.spec()
+    _refuse_size(path, spec.width, spec.height)
+    n_channels = 1 if spec.nchannels <= 2 else 3  # noqa: PLR2004 - grey and alpha
+    values = source.read_image(0, 0, 0, n_channels, "float")
+    reason = source.geterror()
+    if values is None or reason:
+        raise _damaged(path) from OSError(reason)
+    if not np.isfinite(values).all():
+        msg = "holds values that are not finite: repair it first"
+        raise ImageError(str(path), msg)
+    return Picture(values, _orientation(spec), tuple(_remarks(source, spec, None)))
+
+
+def _read_head(path: Path) -> bytes:
+    """Return the first bytes of the file; refuse what cannot be a picture at all."""
+    try:
+        is_folder, size = path.is_dir(), path.stat().st_size
+        head = b"" if is_folder or not size else _first_bytes(path)
+        str(path).encode()  # OpenImageIO takes names as UTF-8
+    except (FileNotFoundError, NotADirectoryError) as error:
+        msg = "does not exist: check the name"
+        raise ImageError(str(path), msg) from error
+    except PermissionError as error:
+        msg = "may not be read: change its permissions"
+        raise ImageError(str(path), msg) from error
+    except UnicodeEncodeError as error:
+        msg = "has a name that is not valid UTF-8: rename it"
+        raise ImageError(os.fsencode(path).decode(errors="replace"), msg) from error
+    except OSError as error:
+        msg = f"cannot be read ({error.strerror}): copy it elsewhere and try again"
+        raise ImageError(str(path), msg) from error
+    if is_folder:
+        msg = "is a folder: name the pictures in it"
+        raise ImageError(str(path), msg)
+    if not size:
+        msg = "is empty: copy it again from the camera or card"
+        raise ImageError(str(path), msg)
+    if path.suffix.lower() in _RAW_SUFFIXES:  # the TIFF reader would return the thumbnail
+        msg = (
+            "is a raw file, whose levels are linear already; "
+            "calibrate from the camera's JPEG, PNG or TIFF files"
+        )
+        raise ImageError(str(path), msg)
+    return head
+
+
+def _first_bytes(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(4096)
+
+
+def _check_png(path: Path) -> PngHeader:
+    png = read_png_header(path)
+    if png is None:
+        raise _damaged(path)
+    if png.has_palette:
+        raise _palette(path)
+    _refuse_depth(path, png.bit_depth)
+    _refuse_size(path, png.width, png.height)
+    return png
+
+
+def _open(path: Path, head: bytes) -> oiio.ImageInput:
+    as_stored = oiio.ImageSpec()
+    as_stored.attribute("oiio:UnassociatedAlpha", 1)  # else colours are multiplied by alpha
+    source = oiio.ImageInput.open(str(path), as_stored)
+    if source is not None:
+        return source
+    reason = oiio.geterror()  # unread, it would be printed at exit
+    if _TOO_LARGE.search(reason):
+        raise _too_large(path) from OSError(reason)
+    if head.startswith(_MAGIC):
+        raise _damaged(path) from OSError(reason)
+    msg = "is not a picture in a known format: use PNG, TIFF or JPEG files"
+    raise ImageError(str(path), msg) from OSError(reason)
+
+
+def _refuse_unfit(path: Path, file_format: str, spec: oiio.ImageSpec, head: bytes) -> None:
+    if spec.format.basetype in _FLOATS:
+        msg = (
+            "is floating point: it holds light, not levels; "
+            "calibrate from the camera's own 8- or 16-bit files"
+        )
+        raise ImageError(str(path), msg)
+    if file_format == "gif":
+        raise _palette(path)
+    if file_format not in _FORMATS:
+        msg = f"is a {file_format} file, whose levels are uncertain: use PNG, TIFF or JPEG files"
+        raise ImageError(str(path), msg)
+    _refuse_size(path, spec.width, spec.height)
+    _refuse_hidden_depth(path, file_format, spec, head)
+    if spec.format.basetype not in (oiio.UINT8, oiio.UINT16):
+        msg = f"holds {spec.format} samples: convert it to unsigned 8 or 16 bits"
+        raise ImageError(str(path), msg)
+    colours = spec.get_string_attribute("jpeg:ColorSpace")
+    if spec.get_int_attribute("tiff:PhotometricInterpretation", 1) not in _PHOTOMETRIC:
+        colours = spec.get_string_attribute("tiff:ColorSpace") or "something else"
+    if colours:
+        msg = f"stores its colours as {colours}: calibrate from the camera's own RGB or grey files"
+        raise ImageError(str(path), msg)
+    if spec.nchannels > 4:  # noqa: PLR2004 - RGB and alpha
+        msg = f"has {spec.nchannels} channels: save its red, green and blue alone"
+        raise ImageError(str(path), msg)
+
+
+def _refuse_hidden_depth(path: Path, file_format: str, spec: oiio.ImageSpec, head: bytes) -> None:
+    """Refuse samples that OpenImageIO has widened or looked up."""
+    if spec.get_int_attribute("tiff:PhotometricInterpretation", -1) == _PALETTE:
+        raise _palette(path)
+    bits_per_pixel = spec.get_int_attribute("bmp:bitsperpixel", 24)
+    if bits_per_pixel == 16:  # noqa: PLR2004
+        _refuse_depth(path, 5)
+    elif bits_per_pixel < 8 or (bits_per_pixel == 8 and spec.nchannels > 1):  # noqa: PLR2004
+        raise _palette(path)
+    container = 8 * spec.format.size()
+    _refuse_depth(path, spec.get_int_attribute("oiio:BitsPerSample", container), (container,))
+    if file_format == "pnm":
+        maximum = _PNM_HEADER.match(head)
+        if maximum is None or int(maximum[1]) != (1 << container) - 1:
+            msg = "counts its levels to other than 255 or 65535: convert it to 8 or 16 bits"
+            raise ImageError(str(path), msg)
+
+
+def _refuse_depth(path: Path, bits: int, allowed: tuple[int, ...] = (8, 16)) -> None:
+    if bits not in allowed:
+        msg = f"stores {bits}-bit samples: convert it to 8 or 16 bits"
+        raise ImageError(str(path), msg)
+
+
+def _refuse_size(path: Path, width: int, height: int) -> None:
+    if width < 1 or height < 1:
+        msg = "has no pixels: copy it again from the camera or card"
+        raise ImageError(str(path), msg)
+    if width * height > MAX_PIXELS:
+        raise _too_large(path)
+
+
+def _damaged(path: Path) -> ImageError:
+    return ImageError(str(path), "is damaged or cut short: copy it again from the camera or card")
+
+
+def _palette(path: Path) -> ImageError:
+    return ImageError(str(path), "has a palette, which hides the levels: convert it to grey or RGB")
+
+
+def _too_large(path: Path) -> ImageError:
+    return ImageError(str(path), "claims to be larger than any photograph: check or crop it")
+
+
+def _remarks(source: oiio.ImageInput, spec: oiio.ImageSpec, png: PngHeader | None) -> list[str]:
+    remarks = []
+    if spec.nchannels in (2, 4):
+        remarks.append(_alpha_remark(source.format_name(), spec))
+    if spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == _WHITE_IS_ZERO:
+        remarks.append("inverted the levels: the file stores white as 0")
+    if png.animated if png else source.seek_subimage(1, 0):
+        remarks.append("read the first of several pages")
+    source.geterror()  # "no such page"
+    return remarks
+
+
+def _alpha_remark(file_format: str, spec: oiio.ImageSpec) -> str:
+    if spec.alpha_channel < 0:
+        return f"dropped the channel {spec.channelnames[-1]}"
+    if file_format == "tiff" and not spec.get_int_attribute("oiio:UnassociatedAlpha"):
+        return "dropped the alpha channel, by which the file stores its colours multiplied"
+    return "dropped the alpha channel"
+
+
+def _number(spec: oiio.ImageSpec, name: str) -> float | None:
+    """EXIF number, None if absent or nonsense; of several the first."""
+    value = spec.getattribute(name)
+    if isinstance(value, tuple) and value:
+        value = value[0]
+    if not isinstance(value, int | float) or not 0 < value < math.inf:
+        return None
+    return float(value)
+
+
+def _camera(spec: oiio.ImageSpec) -> str | None:
+    maker, model = (_text(spec.get_string_attribute(name)) for name in ("Make", "Model"))
+    repeated = model.lower().startswith(maker.lower())
+    return (model if repeated else f"{maker} {model}".strip()) or None
+
+
+def _text(value: str) -> str:
+    """EXIF text on one line, without the bytes that are not text."""
+    clean = value.encode(errors="replace").decode()
+    return " ".join("".join(c if c.isprintable() else " " for c in clean).split())
+
+
+def _orientation(spec: oiio.ImageSpec) -> int:
+    orientation: int = spec.get_int_attribute("Orientation", 1)
+    return orientation if 1 <= orientation <= 8 else 1  # noqa: PLR2004 - EXIF

@@ -1,0 +1,149 @@
+"""Write float arrays as EXR, TIFF or PNG, whole or not at all."""
+
+import os
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+import numpy.typing as npt
+import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
+
+from chartless._files import atomic_path
+from chartless.errors import ImageError, OutputError, ParameterError
+
+DataType: TypeAlias = Literal["auto", "float", "uint16", "uint8"]
+"""How samples are stored; "auto" is the most precise that the format holds."""
+
+_Samples: TypeAlias = npt.NDArray[np.float32 | np.uint8 | np.uint16]
+
+_DATA_TYPES: dict[str, tuple[DataType, ...]] = {  # the first is "auto"
+    ".exr": ("float",),
+    ".tif": ("float", "uint16", "uint8"),
+    ".tiff": ("float", "uint16", "uint8"),
+    ".png": ("uint16", "uint8"),
+}
+_UNCALIBRATED = 65535  # EXIF ColorSpace
+_BUFFER = 1 << 16
+
+
+def write_image(
+    path: str | os.PathLike[str],
+    values: npt.NDArray[np.floating],
+    *,
+    data_type: DataType = "auto",
+    orientation: int = 1,
+    linear: bool = True,
+) -> None:
+    """Write values as a picture in the format that the extension names.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.exr`` (float32), ``.tif`` (float32 or integers) or ``.png`` (integers). Replaced
+        only when the new file is complete.
+    values : ndarray of float, shape (height, width, 1 or 3), range 0 … 1
+        Integers are rounded, and clipped to the range; floats are stored as they are.
+    data_type : {"auto", "float", "uint16", "uint8"}
+        "auto": float32 for EXR and TIFF, uint16 for PNG.
+    orientation : int
+        EXIF orientation 1 … 8 of the picture, kept as metadata in EXR and TIFF. PNG viewers
+        ignore it, so the pixels are turned instead.
+    linear : bool
+        Label the picture as linear light where the format can. No pixel depends on it.
+
+    Raises
+    ------
+    ImageError
+        If the format is not written, or does not hold `data_type`.
+    OutputError
+        If nothing can be written there.
+    ParameterError
+        If `values` are not a picture, or `data_type` or `orientation` do not exist.
+    """
+    path = Path(path)
+    stored = _stored_type(path, data_type)
+    _refuse_unfit(values, stored, orientation)
+    samples = _encode(values, stored)
+    if path.suffix.lower() == ".png":
+        samples, orientation = np.ascontiguousarray(_upright(samples, orientation)), 1
+    with atomic_path(path) as temporary:
+        reason = _save(temporary, samples, stored, orientation, linear=linear)
+        if reason:
+            msg = "cannot be written: check that the disk has room"
+            raise OutputError(str(path), msg) from OSError(reason)
+        _check_room(temporary)
+
+
+def _stored_type(path: Path, data_type: DataType) -> DataType:
+    if data_type not in get_args(DataType):
+        msg = f"unknown data type {data_type!r}: use {', '.join(get_args(DataType))}"
+        raise ParameterError(msg)
+    known = _DATA_TYPES.get(path.suffix.lower())
+    if known is None:
+        msg = f"pictures are written as {', '.join(_DATA_TYPES)}, not as {path.suffix!r}"
+        raise ImageError(str(path), msg)
+    if data_type == "auto":
+        return known[0]
+    if data_type not in known:
+        fitting = [suffix for suffix, types in _DATA_TYPES.items() if data_type in types]
+        msg = f"a {path.suffix} file does not hold {data_type} samples: use {', '.join(fitting)}"
+        raise ImageError(str(path), msg)
+    return data_type
+
+
+def _refuse_unfit(values: npt.NDArray[np.floating], stored: DataType, orientation: int) -> None:
+    if values.ndim != 3 or values.shape[2] not in (1, 3) or not values.size:  # noqa: PLR2004
+        msg = f"a picture has the shape (height, width, 1 or 3), not {values.shape}"
+    elif not 1 <= orientation <= 8:  # noqa: PLR2004 - EXIF
+        msg = f"orientation must lie between 1 and 8, not {orientation}"
+    elif stored != "float" and np.isnan(values).any():
+        msg = "integers cannot hold NaN: write the values as float, to EXR or TIFF"
+    else:
+        return
+    raise ParameterError(msg)
+
+
+def _encode(values: npt.NDArray[np.floating], stored: DataType) -> _Samples:
+    if stored == "float":
+        return np.ascontiguousarray(values, dtype=np.float32)
+    levels = np.clip(values.astype(np.float64), 0, 1)
+    levels *= 255 if stored == "uint8" else 65535
+    return np.rint(levels, out=levels).astype(stored)
+
+
+def _upright(samples: _Samples, orientation: int) -> _Samples:
+    """Turn and mirror as a viewer would for this EXIF orientation."""
+    if orientation > 4:  # noqa: PLR2004 - 5 … 8 store columns as rows
+        samples = samples.swapaxes(0, 1)
+    rows, columns = samples, samples[:, ::-1]
+    return {
+        1: rows, 2: columns, 3: columns[::-1], 4: rows[::-1],
+        5: rows, 6: columns, 7: columns[::-1], 8: rows[::-1],
+    }[orientation]  # fmt: skip
+
+
+def _save(
+    path: Path, samples: _Samples, stored: DataType, orientation: int, *, linear: bool
+) -> str:
+    """Write the file; return what went wrong, "" if nothing did."""
+    height, width, n_channels = samples.shape
+    spec = oiio.ImageSpec(width, height, n_channels, stored)
+    spec.attribute("Orientation", orientation)
+    spec.attribute("Exif:ColorSpace", _UNCALIBRATED)  # the TIFF writer reports an empty EXIF
+    if linear:
+        spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+    target = oiio.ImageOutput.create(str(path))
+    if target is None:
+        return str(oiio.geterror())
+    if target.open(str(path), spec):
+        target.write_image(samples)
+        target.close()
+    return str(target.geterror())  # return values are True even when the disk is full
+
+
+def _check_room(path: Path) -> None:
+    """Raise OSError if the disk is full: the library ignores errors of its last buffer."""
+    size = path.stat().st_size
+    with path.open("ab") as file:
+        file.write(bytes(_BUFFER))
+    os.truncate(path, size)

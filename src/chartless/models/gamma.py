@@ -1,0 +1,59 @@
+"""The power law f(I) = I^γ: the family of order 0."""
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.models._base import register_model
+from chartless.models._exponent import ExponentModel
+from chartless.types import Floats
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Gamma(ExponentModel):
+    """f(I) = I^γ with γ > 0; a display gamma of 2.2 is met by γ = 1/2.2.
+
+    Examples
+    --------
+    >>> Gamma().response([0.0, 0.25, 1.0], [0.5])
+    array([0. , 0.5, 1. ])
+    """
+
+    family: ClassVar[str] = "gamma"
+    formula: ClassVar[str] = "I^g"
+    always_monotone: ClassVar[bool] = True
+    order: int = 0
+
+    @property
+    @override
+    def name(self) -> str:
+        return self.family
+
+    @property
+    @override
+    def parameter_names(self) -> tuple[str, ...]:
+        return ("gamma",)
+
+    @property
+    @override
+    def identity(self) -> Floats:
+        return np.ones(1)
+
+    @property
+    @override
+    def bounds(self) -> tuple[Floats, Floats]:
+        return np.zeros(1), np.full(1, np.inf)
+
+    @override
+    def coefficients(self, parameters: Floats) -> Floats:
+        return np.log(parameters)
+
+    @override
+    def coefficient_jacobian(self, parameters: Floats) -> Floats:
+        return 1.0 / parameters[:, np.newaxis]
+
+
+register_model(Gamma())

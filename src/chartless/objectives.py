@@ -1,0 +1,232 @@
+r"""Image similarity: how well a curve and a noise model explain a co-occurrence table.
+
+The objective of Takamatsu & Matsushita (CVPR 2008),
+
+.. math::
+    L = \frac{1}{Z} \iint \frac{C(O_2, O_1)}{\sum_{O_2} C(O_2, O_1)}
+        \, g'(O_2) \, S(g(O_1), g(O_2)) \, dO_1 \, dO_2 ,
+    \qquad Z^2 = \iint S^2 \, dI_1 \, dI_2 ,
+
+to be maximised over the inverse response g and the noise, is the cosine between the level
+pairs that were counted and those that a model expects. Two ways to make sums of it:
+
+`image_similarity`
+    integrates g' S over the bin of each level O₂, which is the probability that the second
+    frame shows that level, and takes Z over the same bins. A true cosine, in [0, 1], aware
+    of quantisation and clipping: the default.
+`sampled_image_similarity`
+    samples S at the centres of the levels and takes Z in closed form, as published. It
+    grows without bound, as σ^(−1/2), when the noise goes to zero, and searches fall into
+    that hole; it is kept for comparison.
+
+Both are pure functions of a prepared table, the inverse response and the noise. Only cells
+with counts are ever evaluated. docs/design/0002-image-similarity.md has the figures behind
+the choice of Z and of the bounded light.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import ndtr
+
+from chartless._registry import Registry
+from chartless.noise import AffineNoise
+from chartless.similarity import (
+    black_end,
+    bounded_similarity,
+    exponent,
+    self_similarity,
+    white_end,
+)
+from chartless.types import Counts, Floats
+
+# Light further than this many noise deviations from an end of [0, 1] does not see it: the
+# cells concerned carry less than 1e-8 of a row.
+_END_ZONE = 6.0
+# The bins of the clipped levels reach this many deviations beyond black and white.
+_CLIPPED_REACH = 8.0
+
+
+def half_levels(n_levels: int) -> Floats:
+    """Brightness at the levels and at the edges between them, shape (2L − 1,).
+
+    Element 2k is level k, element 2k + 1 the edge between levels k and k + 1: where a curve
+    has to be inverted before an objective can be evaluated.
+    """
+    return np.arange(2 * n_levels - 1) / (2.0 * (n_levels - 1))
+
+
+def _conditional(counts: Counts) -> Floats:
+    """Share of level j among the partners of level i, shape (L, L); rows 0 and L − 1 empty.
+
+    What shows a clipped level has no irradiance to compare with, so these two rows say
+    nothing. As columns they stay, as censored values.
+    """
+    totals = counts.sum(axis=1, dtype=np.float64)
+    totals[[0, -1]] = np.inf
+    return counts / np.maximum(totals, 1.0)[:, np.newaxis]
+
+
+@dataclass(frozen=True, slots=True)
+class BinnedPairs:
+    """A co-occurrence table prepared for `image_similarity`: the bins with counts, by row.
+
+    Every cell (i, j) lies between two edges of level j, and neighbours share an edge. So the
+    table is stored as the run of (row, edge) pairs that bound its cells, each cell at its
+    left edge.
+    """
+
+    rows: npt.NDArray[np.intp]
+    """Level i of the first frame, shape (E,), increasing."""
+    edges: npt.NDArray[np.intp]
+    """Edge k, between levels k − 1 and k, shape (E,), increasing in each row."""
+    shares: Floats
+    """Share of level j = edges[e] among the partners of rows[e], scaled to a sum of squares
+    of 1; shape (E − 1,). 0 where edge e + 1 does not close a cell with counts."""
+    row_starts: npt.NDArray[np.intp]
+    """First e of each row, shape (L + 1,)."""
+
+    @classmethod
+    def from_counts(cls, counts: Counts) -> "BinnedPairs":
+        """Prepare symmetric counts of shape (L, L)."""
+        n_levels = counts.shape[0]
+        shares = np.zeros((n_levels, n_levels + 1))
+        shares[:, :-1] = _conditional(counts)
+        bounds = shares > 0
+        bounds[:, 1:] |= bounds[:, :-1]
+        rows, edges = np.nonzero(bounds)
+        run = shares[rows, edges][:-1]
+        return cls(
+            rows=rows,
+            edges=edges,
+            shares=run / np.maximum(np.linalg.norm(run), np.finfo(float).tiny),
+            row_starts=np.searchsorted(rows, np.arange(n_levels + 1)),
+        )
+
+
+def image_similarity(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> float:
+    """Image similarity with each level integrated over its bin.
+
+    Parameters
+    ----------
+    pairs : BinnedPairs
+        What was counted.
+    inverse : ndarray of float, shape (2L − 1,)
+        Inverse response g at `half_levels`, increasing from 0 to 1.
+    noise : AffineNoise
+
+    Returns
+    -------
+    float
+        Cosine between the counted and the expected shares over the cells with counts, 0 … 1.
+
+    Notes
+    -----
+    In w = (I₂ − I₁) √(2/spread) the similarity is a normal density times a factor h that
+    varies over many deviations, so a bin holds the difference of two normal distribution
+    functions times the mean of h at its two edges. The clipped levels reach to infinity.
+    The series in 1/z of `chartless.similarity` is cut after its leading term, 1: it is
+    nearly the same for all cells, and a cosine does not see a common factor.
+    """
+    expected = expected_shares(pairs, inverse, noise)
+    expected[pairs.shares == 0] = 0.0
+    norm = np.sqrt(expected @ expected)
+    return float(pairs.shares @ expected / norm) if norm > 0 else 0.0
+
+
+def expected_shares(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> Floats:
+    """Probability ∫ S(g(O₁), I) dI of each cell's bin; shape and arguments as above."""
+    reach = _CLIPPED_REACH * noise.std(np.array([0.0, 1.0]))
+    levels = inverse[::2]
+    edges = np.concatenate([[-reach[0]], inverse[1::2], [1.0 + reach[1]]])
+    x, y = levels[pairs.rows], edges[pairs.edges]
+    variance_x = noise.variance(levels)[pairs.rows]
+    variance_y = noise.variance(edges)[pairs.edges]
+
+    rho, spread = exponent(variance_x, variance_y)
+    distance = y - x
+    cumulative = ndtr(distance * np.sqrt(2.0 / spread))
+    # S dI₂ = h φ(w) dw with h = S dI₂/dw / φ(w)
+    factor = np.sqrt(0.25 * spread / rho)
+    factor /= 1.0 - (0.5 * noise.slope) * distance * (variance_y / rho + 1.0) / spread
+    black, white = _end_zones(pairs, levels, noise)
+    factor[black] *= ndtr(-black_end(x[black], y[black], rho[black], noise))
+    factor[white] *= ndtr(white_end(x[white], y[white], rho[white], noise))
+    cells: Floats = 0.5 * (cumulative[1:] - cumulative[:-1]) * (factor[1:] + factor[:-1])
+    return cells
+
+
+def _end_zones(pairs: BinnedPairs, levels: Floats, noise: AffineNoise) -> tuple[slice, slice]:
+    """Runs of (row, edge) pairs whose light is near enough to 0, or to 1, to be cut there."""
+    half = 0.5 * _END_ZONE**2 * noise.slope
+    near_black = half + np.sqrt(half**2 + _END_ZONE**2 * noise.floor)  # solves x = 6 σ(x)
+    near_white = 1.0 - _END_ZONE * float(noise.std(1.0))
+    first, last = np.searchsorted(levels, [near_black, near_white])
+    return slice(0, pairs.row_starts[first]), slice(pairs.row_starts[last], None)
+
+
+@dataclass(frozen=True, slots=True)
+class SampledPairs:
+    """A co-occurrence table prepared for `sampled_image_similarity`: its upper triangle.
+
+    S is symmetric, so the cells (i, j) and (j, i) are evaluated once.
+    """
+
+    rows: npt.NDArray[np.intp]
+    """Level i ≤ j of the cells with counts, shape (N,)."""
+    columns: npt.NDArray[np.intp]
+    """Level j, shape (N,)."""
+    shares: Floats
+    """Share of level j among the partners of level i, shape (N,)."""
+    shares_back: Floats
+    """Share of level i among the partners of level j, shape (N,); 0 on the diagonal."""
+
+    @classmethod
+    def from_counts(cls, counts: Counts) -> "SampledPairs":
+        """Prepare symmetric counts of shape (L, L)."""
+        shares = _conditional(counts)
+        rows, columns = np.nonzero(np.triu(shares + shares.T))
+        back = np.where(rows == columns, 0.0, shares[columns, rows])
+        return cls(rows, columns, shares[rows, columns], back)
+
+
+def sampled_image_similarity(pairs: SampledPairs, inverse: Floats, noise: AffineNoise) -> float:
+    """Image similarity with S sampled at the centres of the levels, as published.
+
+    g' is the mean slope of g over the bin: at black the derivative itself may be infinite.
+
+    Parameters
+    ----------
+    pairs : SampledPairs
+    inverse : ndarray of float, shape (2L − 1,)
+        Inverse response g at `half_levels`, increasing from 0 to 1.
+    noise : AffineNoise
+
+    Returns
+    -------
+    float
+        L as above; unbounded when the noise goes to zero.
+    """
+    levels = inverse[::2]
+    widths = np.diff(inverse[1::2], prepend=0.0, append=1.0)
+    similar = bounded_similarity(levels[pairs.rows], levels[pairs.columns], noise)
+    weights = pairs.shares * widths[pairs.columns] + pairs.shares_back * widths[pairs.rows]
+    return float(weights @ similar) / (levels.size - 1) / np.sqrt(self_similarity(noise))
+
+
+class Objective(NamedTuple):
+    """An objective with the preparation of its table."""
+
+    prepare: Callable[[Counts], Any]
+    """Symmetric counts of shape (L, L) → prepared pairs."""
+    evaluate: Callable[[Any, Floats, AffineNoise], float]
+    """Prepared pairs, inverse response at `half_levels`, noise → value to maximise."""
+
+
+OBJECTIVES: Registry[Objective] = Registry("objective")
+"""The two discretisations by the names that commands know them by."""
+OBJECTIVES.register("bin", Objective(BinnedPairs.from_counts, image_similarity))
+OBJECTIVES.register("sampled", Objective(SampledPairs.from_counts, sampled_image_similarity))

@@ -1,0 +1,236 @@
+"""Figures of calibrations. Functions draw on Axes that they are given and never show them.
+
+Only this module imports matplotlib, and only the commands that draw import this module.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colors
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from chartless._files import atomic_path
+from chartless.calibration import Calibration
+from chartless.cooccurrence import Cooccurrence
+from chartless.curves import AbstractCurve
+from chartless.errors import ImageError
+from chartless.objectives import BinnedPairs, expected_shares, half_levels
+from chartless.response import Response, rmse
+from chartless.types import Floats
+
+# Okabe and Ito's colours, which most colour-blind readers can tell apart.
+_COLOURS = {"R": "#d55e00", "G": "#009e73", "B": "#0072b2", "Y": "#333333"}
+_TRUTH = {"color": "black", "linestyle": (0, (4, 3)), "linewidth": 1.2, "label": "truth"}
+_FORMATS = (".png", ".svg", ".pdf")
+_FEWEST = 100
+"""Pairs that a level must have for its noise to be drawn."""
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as .png, .svg or .pdf; whole or not at all.
+
+    Raises
+    ------
+    ImageError
+        If the extension is another.
+    OutputError
+        If the folder is missing or not writable.
+    """
+    if path.suffix.lower() not in _FORMATS:
+        msg = f"figures are written as {', '.join(_FORMATS)}, not as {path.suffix!r}"
+        raise ImageError(str(path), msg)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=150)
+
+
+def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) -> Figure:
+    """Everything there is to see about a calibration on one page.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    truth : AbstractCurve, optional
+        Known response, drawn beside the estimate.
+
+    Returns
+    -------
+    Figure
+        Response; level pairs of the middle channel; noise by level; history of the search.
+    """
+    figure = Figure(figsize=(11, 8.5), layout="constrained")
+    axes = figure.subplots(2, 2)
+    channels = calibration.channels
+    middle = channels[len(channels) // 2]
+    draw_response(axes[0, 0], channels, truth=truth)
+    draw_cooccurrence(axes[0, 1], middle)
+    draw_noise(axes[1, 0], channels)
+    draw_search(axes[1, 1], channels)
+    flags = ", ".join(flag.code for flag in calibration.flags)
+    title = f"{channels[0].method}" + (f" — doubtful: {flags}" if flags else "")
+    figure.suptitle(f"Camera response by {title}", fontsize=12)
+    return figure
+
+
+def draw_response(
+    axes: Axes, channels: Sequence[Response], *, truth: AbstractCurve | None = None
+) -> None:
+    """Brightness over irradiance, with the deviation as a band where it is known."""
+    for response in channels:
+        colour = _COLOURS[response.name]
+        level = _brightness(response)
+        error = "" if truth is None else f" (RMSE {rmse(response.curve, truth):.3f})"
+        inverse = response.inverse_lut
+        axes.plot(inverse, level, color=colour, label=f"{response.name}{error}")
+        if response.inverse_lut_std is not None:
+            spread = response.inverse_lut_std
+            axes.fill_betweenx(
+                level, inverse - spread, inverse + spread, color=colour, alpha=0.2, linewidth=0
+            )
+        low, high = response.observed_levels
+        axes.plot(inverse[[low, high]], level[[low, high]], "o", color=colour, markersize=4)
+    if truth is not None:
+        irradiance = np.linspace(0, 1, 1024)
+        axes.plot(irradiance, truth.response(irradiance), **_TRUTH)
+    axes.plot([0, 1], [0, 1], color="0.8", linewidth=0.8, zorder=0)
+    axes.set(
+        title="Response (dots: range of levels seen)",
+        xlabel="irradiance",
+        ylabel="brightness",
+        xlim=(0, 1),
+        ylim=(0, 1),
+    )
+    axes.legend(loc="lower right", frameon=False)
+
+
+def draw_cooccurrence(axes: Axes, response: Response) -> None:
+    """Counts of level pairs, with the model's contours at the same counts.
+
+    Over the level in one frame stands the difference to the other: the band along the
+    diagonal of the table, laid flat.
+    """
+    axes.set(
+        title=f"Level pairs, channel {response.name} (lines: model)",
+        xlabel="level in one frame",
+        ylabel="level in the other, difference",
+    )
+    if response.table is None:
+        axes.text(0.5, 0.5, "no co-occurrence table in the file", ha="center", va="center")
+        return
+    counts = response.table.symmetric
+    n_levels = counts.shape[0]
+    reach = _reach(response.table)
+    level, difference = np.meshgrid(np.arange(n_levels), np.arange(-reach, reach + 1))
+    other = level + difference
+    inside = (other >= 0) & (other < n_levels)
+    other = other.clip(0, n_levels - 1)
+    seen = np.where(inside, counts[level, other], 0)
+    expected = np.where(inside, _expected_counts(response, counts)[level, other], 0.0)
+    image = axes.pcolormesh(
+        level, difference, np.ma.masked_equal(seen, 0), norm=colors.LogNorm(), cmap="viridis",
+        rasterized=True,
+    )  # fmt: skip
+    axes.figure.colorbar(image, ax=axes, label="pixel pairs")
+    decades = 10.0 ** np.arange(0, np.ceil(np.log10(max(seen.max(), 10))))
+    # Scenes have few pixels at some levels: smooth contours need smooth counts.
+    axes.contour(level, difference, expected, levels=decades, colors="#d55e00", linewidths=0.7)
+    axes.set_ylim(-reach, reach)
+
+
+def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
+    """Noise level function: deviation of one frame at each level, seen and modelled."""
+    top = 0.0
+    for response in channels:
+        colour = _COLOURS[response.name]
+        level = np.arange(response.n_levels)
+        model = modelled_noise(response)
+        axes.plot(level, model, color=colour, label=f"{response.name}: {_noise_text(response)}")
+        low, high = response.observed_levels
+        top = max(top, float(model[low : high + 1].max(initial=0.0)))
+        if response.table is not None:
+            seen = seen_noise(response.table)
+            axes.plot(level, seen, ".", color=colour, markersize=3, alpha=0.5)
+            top = max(top, float(np.nanquantile(seen, 0.99)) if np.isfinite(seen).any() else 0.0)
+    axes.set(
+        title="Noise of one frame (dots: seen, lines: model)",
+        xlabel="level",
+        ylabel="deviation in levels",
+        ylim=(0, 1.15 * top or 1.0),
+    )
+    axes.legend(frameon=False)
+
+
+def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
+    """How the objective improved from round to round."""
+    bounded = True
+    for response in channels:
+        if response.history is None:
+            continue
+        values = np.array(response.history.values)
+        bounded = bounded and response.history.objective == "bin"
+        cost = 1 - values if bounded else values
+        axes.plot(cost, ".-", color=_COLOURS[response.name], label=response.name)
+    axes.set(
+        title="Search",
+        xlabel="round",
+        ylabel="1 − image similarity" if bounded else "image similarity",
+        yscale="log",
+    )
+    if axes.lines:
+        axes.legend(frameon=False)
+
+
+def modelled_noise(response: Response) -> Floats:
+    """Deviation in levels that the model predicts at each level, rounding included; (L,)."""
+    brightness = half_levels(response.n_levels)
+    inverse = response.curve.inverse(brightness)
+    edges = np.concatenate([[0.0], inverse[1::2], [1.0]])
+    widths = np.diff(edges)
+    widths[[0, -1]] *= 2  # the outermost bins are half as wide
+    with np.errstate(divide="ignore"):
+        in_levels = response.noise.std(inverse[::2]) / widths
+    return np.sqrt(in_levels**2 + 1 / 12)
+
+
+def seen_noise(table: Cooccurrence) -> Floats:
+    """Deviation of one frame around each mean level, from the differences of pairs; (L,).
+
+    NaN where there are too few pairs. Near the clipped levels it is too small.
+    """
+    earlier, later = np.nonzero(table.counts)
+    counts = table.counts[earlier, later].astype(np.float64)
+    middle = (earlier + later + 1) // 2
+    pairs = np.bincount(middle, counts, table.n_levels)
+    squares = np.bincount(middle, counts * (later - earlier) ** 2.0, table.n_levels)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        deviation = np.sqrt(squares / pairs / 2)
+    return np.where(pairs >= _FEWEST, deviation, np.nan)
+
+
+def _expected_counts(response: Response, counts: "np.ndarray[tuple[int, int], np.dtype[np.int64]]") -> Floats:
+    everywhere = BinnedPairs.from_counts(np.ones_like(counts))
+    inverse = response.curve.inverse(half_levels(response.n_levels))
+    shares = expected_shares(everywhere, inverse, response.noise)
+    expected = np.zeros(counts.shape)
+    cells = np.flatnonzero(everywhere.shares)
+    expected[everywhere.rows[cells], everywhere.edges[cells]] = shares[cells]
+    totals = expected.sum(axis=1, keepdims=True)
+    expected *= counts.sum(axis=1, keepdims=True) / np.maximum(totals, 1e-12)
+    return expected
+
+
+def _reach(table: Cooccurrence) -> int:
+    """Difference of levels that holds 99.9 % of the pairs, and a little more."""
+    earlier, later = np.nonzero(table.counts)
+    size = np.bincount(np.abs(earlier - later), table.counts[earlier, later])
+    share = np.cumsum(size) / size.sum()
+    return int(1.3 * np.searchsorted(share, 0.999)) + 3
+
+
+def _noise_text(response: Response) -> str:
+    return f"U = {response.noise.slope_8bit:.3f}, V = {response.noise.floor_8bit:.1f}"
+
+
+def _brightness(response: Response) -> Floats:
+    return np.linspace(0.0, 1.0, response.n_levels)

@@ -1,0 +1,89 @@
+"""The value that every calibration returns: one channel's curve, noise and trustworthiness."""
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from chartless.cooccurrence import Cooccurrence
+from chartless.curves import AbstractCurve
+from chartless.flags import Flag
+from chartless.noise import AffineNoise
+from chartless.types import Floats
+
+RESPONSE_SAMPLES = 1024
+"""Samples of f on a uniform grid of irradiance, as in the Database of Response Functions."""
+
+
+class Status(Enum):
+    """How an estimation ended."""
+
+    CONVERGED = "converged"
+    LIMIT_REACHED = "stopped at the limit of rounds"
+
+
+@dataclass(frozen=True, slots=True)
+class SearchHistory:
+    """How an objective improved, for plots."""
+
+    objective: str
+    """Name in `chartless.objectives.OBJECTIVES`."""
+    values: tuple[float, ...]
+    """Best value at the start and after each round."""
+    evaluations: int
+    """How often the objective was evaluated."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Response:
+    """A camera's response in one channel, estimated.
+
+    Plotting, files and formats live in modules of their own; this is only a value.
+    """
+
+    name: str
+    """Channel: "R", "G", "B" or "Y"."""
+    curve: AbstractCurve
+    """f and its inverse g."""
+    noise: AffineNoise
+    """Noise of a single frame in irradiance."""
+    n_levels: int
+    """Levels L of the frames as calibrated; `inverse_lut` has one entry for each."""
+    observed_levels: tuple[int, int]
+    """Lowest and highest level seen. Beyond them the curve is extrapolated."""
+    n_pairs: int
+    """Pixel pairs that were counted."""
+    method: str
+    """Name in `chartless.calibrators.CALIBRATORS`."""
+    status: Status
+    flags: tuple[Flag, ...] = ()
+    inverse_lut_std: Floats | None = None
+    """Standard deviation of `inverse_lut`, shape (L,), where the method tells one."""
+    history: SearchHistory | None = None
+    table: Cooccurrence | None = None
+    """The evidence, for plots and for estimating again."""
+
+    @property
+    def inverse_lut(self) -> Floats:
+        """Irradiance g at each level, shape (L,), 0 … 1."""
+        return self.curve.inverse(np.arange(self.n_levels) / (self.n_levels - 1))
+
+    @property
+    def response_lut(self) -> Floats:
+        """Brightness f on a uniform grid of irradiance, shape (1024,), 0 … 1."""
+        return self.curve.response(np.linspace(0.0, 1.0, RESPONSE_SAMPLES))
+
+    def with_flags(self, *flags: Flag) -> "Response":
+        """Return the same response with more flags, each at most once, in a fixed order."""
+        held = {*self.flags, *flags}
+        return replace(self, flags=tuple(flag for flag in Flag if flag in held))
+
+
+def rmse(curve: AbstractCurve, truth: AbstractCurve) -> float:
+    """Root of the mean squared difference of two responses over 1024 irradiances.
+
+    The measure of the source paper; brightness runs from 0 to 1.
+    """
+    irradiance = np.linspace(0.0, 1.0, RESPONSE_SAMPLES)
+    difference = curve.response(irradiance) - truth.response(irradiance)
+    return float(np.sqrt(np.mean(difference**2)))

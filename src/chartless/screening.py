@@ -1,0 +1,243 @@
+"""Are these frames fit to be calibrated from, and how far is the result to be trusted?
+
+Calibration by noise reads the difference of two frames. It is fit when that difference is
+pixel noise and nothing else. So each check measures which share of the squared difference
+something else explains: the frames were displaced, the brightness changed, patches of the
+scene moved. A share above `GROSS` is refused, one above `SUSPICIOUS` flagged.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from chartless.cooccurrence import Cooccurrence
+from chartless.errors import UnfitFramesError
+from chartless.flags import Flag
+from chartless.types import Levels
+
+GROSS = 0.5
+"""Above this share, what should be noise is mostly something else: refused."""
+SUSPICIOUS = 0.05
+"""Above this share: flagged."""
+CORRELATED = 0.15
+"""Correlation of neighbours' noise above which it is flagged; raw-like noise has 0."""
+LEAST_COVERAGE = 0.25
+"""Share of the level range that the scene must cover; below, most of the curve is guessed."""
+GOOD_COVERAGE = 0.8
+"""Share of the range below which the result is flagged."""
+MOST_CLIPPED, MANY_CLIPPED = 0.9, 0.25
+"""Share of black and white pixels above which frames are refused, and flagged."""
+LEAST_NOISE = 0.3
+"""Noise deviation in levels below which rounding hides most of it (rounding itself: 0.29)."""
+_MOVED = 0.5  # pixels
+_BLOCK, _BAND, _ENOUGH = 16, 32, 1 << 19  # pixels: patch, rows in a band, all bands
+_RARE = 1e-3  # share of pixels at either end that do not count as covered levels
+
+
+@dataclass(frozen=True, slots=True)
+class PairCheck:
+    """What two consecutive frames have in common besides the scene; one channel.
+
+    Shares refer to the mean squared difference of the frames.
+    """
+
+    displacement: float
+    """Length of the shift that fits the difference best, in pixels."""
+    displacement_share: float
+    """Share explained by that shift."""
+    patch_share: float
+    """Share that lives in patches of 16 × 16 pixels and larger; pixel noise has none."""
+    neighbour_correlation: float
+    """Correlation of the difference between neighbouring pixels, mean of both directions."""
+
+
+def check_pair(
+    first: Levels, second: Levels, mask: npt.NDArray[np.bool_] | None = None
+) -> PairCheck:
+    """Compare two frames of one channel.
+
+    Parameters
+    ----------
+    first, second : ndarray of uint8 or uint16, shape (M, N)
+    mask : ndarray of bool, shape (M, N), optional
+        Pixels outside it count as unchanged.
+    """
+    scene, later = _bands(first).astype(np.float32), _bands(second).astype(np.float32)
+    difference = later - scene
+    if mask is not None:
+        difference *= _bands(mask)
+    energy = _dot(difference, difference)
+    if energy == 0:
+        return PairCheck(0.0, 0.0, 0.0, 0.0)
+
+    mean = scene + later
+    across = 0.25 * (mean[:, 1:-1, 2:] - mean[:, 1:-1, :-2])
+    down = 0.25 * (mean[:, 2:, 1:-1] - mean[:, :-2, 1:-1])
+    core = difference[:, 1:-1, 1:-1]
+    cross = _dot(across, down)
+    normal = np.array([[_dot(across, across), cross], [cross, _dot(down, down)]])
+    pull = np.array([_dot(across, core), _dot(down, core)])
+    shift = np.linalg.lstsq(normal, pull, rcond=1e-6)[0]
+    horizontal = _dot(difference[:, :, 1:], difference[:, :, :-1])
+    vertical = _dot(difference[:, 1:], difference[:, :-1])
+    return PairCheck(
+        displacement=float(np.hypot(*shift)),
+        displacement_share=float(shift @ pull) / energy,
+        patch_share=_patch_share(difference, energy),
+        neighbour_correlation=0.5 * (horizontal + vertical) / energy,
+    )
+
+
+def _bands(frame: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+    """Bands of 32 rows, evenly spread, of at most half a million pixels: shape (B, 32, N).
+
+    Enough for every measure here, and reading a large frame is not slowed by checking it.
+    """
+    rows, columns = frame.shape
+    height = min(_BAND, rows)
+    n_bands = rows // height
+    wanted = max(1, min(n_bands, _ENOUGH // (height * columns)))
+    chosen = np.linspace(0, n_bands - 1, wanted).round().astype(int)
+    return frame[: n_bands * height].reshape(n_bands, height, columns)[chosen]
+
+
+def _dot(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> float:
+    return float(np.vdot(a, b))
+
+
+def _patch_share(difference: npt.NDArray[np.float32], energy: float) -> float:
+    bands, rows, columns = difference.shape
+    down, across = rows // _BLOCK, columns // _BLOCK
+    trimmed = difference[:, : down * _BLOCK, : across * _BLOCK]
+    blocks = trimmed.reshape(bands, down, _BLOCK, across, _BLOCK).sum(axis=(2, 4))
+    share = _dot(blocks, blocks) / _BLOCK**2 / energy
+    # White noise leaves 1/256 of its energy in the means of 16 × 16 pixels: not a patch.
+    return max(0.0, (_BLOCK**2 * share - 1.0) / (_BLOCK**2 - 1.0))
+
+
+def drift_share(table: Cooccurrence) -> float:
+    """Share of the squared difference that a change of brightness, level by level, explains.
+
+    At equal sum of the two levels the difference has mean 0 when the frames are
+    exchangeable; its mean there measures the drift free of regression to the mean.
+    """
+    earlier, later = np.nonzero(table.counts)
+    counts = table.counts[earlier, later].astype(np.float64)
+    difference = (later - earlier).astype(np.float64)
+    energy = counts @ difference**2
+    if energy == 0:
+        return 0.0
+    weight = np.bincount(earlier + later, weights=counts)
+    mean = np.bincount(earlier + later, weights=counts * difference) / np.maximum(weight, 1.0)
+    # A mean of n noisy differences has an energy of 1/n of theirs: that is no drift.
+    by_chance = np.count_nonzero(weight) / table.n_pairs
+    return max(0.0, float(weight @ mean**2 / energy) - by_chance)
+
+
+def covered_levels(table: Cooccurrence) -> tuple[int, int]:
+    """Lowest and highest level of the scene, leaving out the rarest 0.1 % at either end."""
+    cumulative = np.cumsum(table.histogram) / max(1, 2 * table.n_pairs)
+    low = int(np.searchsorted(cumulative, _RARE))
+    high = int(np.searchsorted(cumulative, 1.0 - _RARE))
+    return low, min(high, table.n_levels - 1)
+
+
+def screen(
+    tables: Mapping[str, Cooccurrence], checks: Sequence[PairCheck]
+) -> Mapping[str, tuple[Flag, ...]]:
+    """Refuse frames from which nothing can be learned; say what is doubtful about the rest.
+
+    Parameters
+    ----------
+    tables : mapping from channel names to Cooccurrence
+    checks : sequence of PairCheck
+        One per pair of consecutive frames, in their order.
+
+    Returns
+    -------
+    mapping from channel names to tuples of Flag
+
+    Raises
+    ------
+    UnfitFramesError
+        With one sentence that says why and what to do.
+    """
+    common = _screen_frames(checks)
+    return {name: (*common, *_screen_table(name, table)) for name, table in tables.items()}
+
+
+def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
+    for number, check in enumerate(checks, start=1):
+        pair = f"frames {number} and {number + 1}"
+        moved = check.displacement > _MOVED and check.displacement_share > SUSPICIOUS
+        if moved or check.displacement_share > GROSS:
+            msg = (
+                f"{pair} are displaced by about {check.displacement:.1f} pixels: the camera or "
+                "the scene moved; use a tripod and a self-timer"
+            )
+            raise UnfitFramesError(msg)
+        if check.patch_share > GROSS:
+            msg = (
+                f"{pair} differ in large patches ({check.patch_share:.0%} of their difference): "
+                "something moved or the light changed; photograph a still scene in steady light"
+            )
+            raise UnfitFramesError(msg)
+    doubts = (
+        (Flag.MOTION, max(check.displacement_share for check in checks), SUSPICIOUS),
+        (Flag.STRUCTURED_DIFFERENCE, max(check.patch_share for check in checks), SUSPICIOUS),
+        (Flag.CORRELATED_NOISE, max(c.neighbour_correlation for c in checks), CORRELATED),
+    )
+    return [flag for flag, measured, limit in doubts if measured > limit]
+
+
+def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
+    counts, top = table.counts, table.n_levels - 1
+    if table.n_pairs == 0:
+        msg = "the mask leaves no pixels to compare"
+        raise UnfitFramesError(msg)
+    black, white = (float(table.histogram[end]) / (2 * table.n_pairs) for end in (0, top))
+    if black + white > MOST_CLIPPED:
+        which = "black" if black > white else "saturated"
+        msg = (
+            f"channel {name}: {black + white:.0%} of the pixels are clipped, most of them "
+            f"{which}: change the exposure so that the scene fills the range"
+        )
+        raise UnfitFramesError(msg)
+    if np.trace(counts) == table.n_pairs:
+        msg = (
+            f"channel {name}: the frames are identical, so there is no noise to read: give "
+            "different shots of the scene, not one picture twice"
+        )
+        raise UnfitFramesError(msg)
+    low, high = covered_levels(table)
+    coverage = (high - low) / top
+    if coverage < LEAST_COVERAGE:
+        msg = (
+            f"channel {name}: levels {low} to {high} of 0 to {top} cover {coverage:.0%} of the "
+            f"range, too little to tell a curve (least {LEAST_COVERAGE:.0%}): photograph a "
+            "scene with both dark and bright parts"
+        )
+        raise UnfitFramesError(msg)
+    drift = drift_share(table)
+    if drift > GROSS:
+        msg = (
+            f"channel {name}: the brightness changed between frames ({drift:.0%} of their "
+            "difference): fix exposure and white balance by hand and use steady light"
+        )
+        raise UnfitFramesError(msg)
+    doubts = (
+        (Flag.BRIGHTNESS_DRIFT, drift > SUSPICIOUS),
+        (Flag.LEVELS_UNSEEN, coverage < GOOD_COVERAGE),
+        (Flag.CLIPPED, black + white > MANY_CLIPPED),
+        (Flag.LOW_NOISE, _noise_in_levels(table) < LEAST_NOISE),
+    )
+    return [flag for flag, holds in doubts if holds]
+
+
+def _noise_in_levels(table: Cooccurrence) -> float:
+    """Root mean square of the noise of one frame, in levels, rounding included."""
+    level = np.arange(table.n_levels)
+    squared = (level[:, np.newaxis] - level) ** 2
+    return float(np.sqrt((table.counts * squared).sum() / table.n_pairs / 2))

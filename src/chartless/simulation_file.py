@@ -1,0 +1,79 @@
+"""Simulated frames on disk, with the truth beside them."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from chartless._files import atomic_path, make_folder
+from chartless.curves import AbstractCurve
+from chartless.images import write_image
+from chartless.noise import AffineNoise
+from chartless.response import RESPONSE_SAMPLES
+from chartless.simulate import simulate_frames
+from chartless.types import Floats, JsonObject
+
+
+def write_simulation(
+    folder: Path,
+    scene: Floats,
+    curve: AbstractCurve,
+    noise: AffineNoise,
+    *,
+    n_frames: int,
+    bit_depth: int,
+    seed: int,
+    settings: JsonObject,
+    on_frame: Callable[[int], None] | None = None,
+) -> list[Path]:
+    """Simulate frames and write them as PNG, with ``truth.json``.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it does not exist; its parent must.
+    scene : ndarray of float, shape (M, N, 1 or 3)
+        True irradiance, 1 is saturation.
+    curve, noise, n_frames, bit_depth, seed
+        As for `chartless.simulate.simulate_frames`.
+    settings : dict
+        What to record of where these came from.
+    on_frame : callable, optional
+        Told the number of each frame that was written.
+
+    Returns
+    -------
+    list of Path
+        The frames, then the truth.
+    """
+    make_folder(folder)
+    data_type = "uint8" if bit_depth == 8 else "uint16"  # noqa: PLR2004
+    top = (1 << bit_depth) - 1
+    written = []
+    frames = simulate_frames(
+        scene, curve, noise, n_frames=n_frames, bit_depth=bit_depth, seed=seed
+    )
+    for number, levels in enumerate(frames, start=1):
+        path = folder / f"frame_{number}.png"
+        write_image(path, levels / top, data_type=data_type, linear=False)
+        written.append(path)
+        if on_frame is not None:
+            on_frame(number)
+    truth = folder / "truth.json"
+    content = {
+        "format": "chartless-truth",
+        "version": 1,
+        "noise": {
+            "u": noise.slope,
+            "v": noise.floor,
+            "U": noise.slope_8bit,
+            "V": noise.floor_8bit,
+        },
+        "response_lut": curve.response(np.linspace(0.0, 1.0, RESPONSE_SAMPLES)).tolist(),
+        "bit_depth": bit_depth,
+        "settings": {**settings, "seed": seed},
+    }
+    with atomic_path(truth) as temporary:
+        temporary.write_text(json.dumps(content) + "\n", encoding="utf-8")
+    return [*written, truth]

@@ -1,0 +1,57 @@
+"""Where real cameras lie in the parameter space of a family, so that searches start well.
+
+Whitened parameters q are the raw ones in units of their spread over measured cameras:
+p = mean + matrix q, with q of mean 0 and unit covariance over the curves of the Database of
+Response Functions (DoRF). The numbers in ``whitening.json`` are fitted by
+``scripts/fit_whitening.py``, which records where they come from.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+
+import numpy as np
+
+from chartless.errors import UnknownNameError
+from chartless.types import Floats, JsonObject
+
+
+@dataclass(frozen=True, slots=True)
+class Whitening:
+    """Affine map between raw and whitened parameters of a family of P parameters."""
+
+    mean: Floats
+    """Mean over cameras, shape (P,)."""
+    matrix: Floats
+    """Columns are the principal axes times their deviations, shape (P, P)."""
+
+    def colour(self, whitened: Floats) -> Floats:
+        """Raw parameters, shape (P,)."""
+        return self.mean + self.matrix @ whitened
+
+    def whiten(self, parameters: Floats) -> Floats:
+        """Whitened parameters, shape (P,)."""
+        return np.linalg.solve(self.matrix, parameters - self.mean)
+
+
+@cache
+def _file() -> JsonObject:
+    text = resources.files("chartless").joinpath("whitening.json").read_text(encoding="utf-8")
+    loaded: JsonObject = json.loads(text)
+    return loaded
+
+
+def whitening(model: str) -> Whitening:
+    """Whitening of a family by its name in `MODELS`.
+
+    Raises
+    ------
+    UnknownNameError
+        If no numbers were fitted for it.
+    """
+    families = _file()["families"]
+    if model not in families:
+        kind = "model for a search"
+        raise UnknownNameError(kind, model, families)
+    return Whitening(np.array(families[model]["mean"]), np.array(families[model]["matrix"]))

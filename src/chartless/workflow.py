@@ -1,0 +1,199 @@
+"""From frames to a calibration in one call: what the command line and scripts use."""
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from chartless._version import __version__
+from chartless.calibration import Calibration
+from chartless.calibrators import CALIBRATORS
+from chartless.errors import ParameterError, UnfitFramesError
+from chartless.evidence import noise_evidence
+from chartless.frame import Frame
+from chartless.models import MODELS
+from chartless.screening import screen
+from chartless.types import JsonObject, Levels
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the share of it that is finished, 0 … 1."""
+
+DEFAULT_MODEL, DEFAULT_METHOD = "ameegc2-exact", "ism-bin"
+
+
+def calibrate(
+    frames: Sequence[str | os.PathLike[str] | Levels],
+    *,
+    model: str = DEFAULT_MODEL,
+    method: str = DEFAULT_METHOD,
+    channels: str = "auto",
+    n_levels: int = 256,
+    mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
+    progress: Progress | None = None,
+    **settings: Any,  # noqa: ANN401 - each method names and checks its own
+) -> Calibration:
+    """Calibrate a camera from frames of one still scene at one exposure.
+
+    Parameters
+    ----------
+    frames : sequence of paths or of ndarray of uint8 or uint16
+        Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files are
+        read one by one; two are in memory at a time.
+    model : str
+        Family of curves, a name in `chartless.MODELS`.
+    method : str
+        A name in `chartless.CALIBRATORS`.
+    channels : str
+        "auto" (those of the frames), "rgb" or "luma".
+    n_levels : int
+        Levels are reduced to this many before they are counted.
+    mask : path or ndarray of bool, shape (M, N), optional
+        Pixels to use: True, or not black in the picture.
+    progress : callable, optional
+    **settings
+        Settings of the method, such as ``rounds=30``.
+
+    Returns
+    -------
+    Calibration
+        With a flag for each doubt about frames or result.
+
+    Raises
+    ------
+    ImageError
+        If a picture cannot be read.
+    UnfitFramesError
+        If no response can be read out of these frames.
+    UnknownNameError, ParameterError
+        If a name or a setting is no good.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from chartless import AffineNoise, calibrate, named_curve, simulate_frames
+    >>> scene = np.random.default_rng(1).uniform(size=(300, 400))
+    >>> noise = AffineNoise.from_8bit(0.03, 16)
+    >>> calibration = calibrate(list(simulate_frames(scene, named_curve("srgb"), noise)))
+    >>> abs(calibration.channel("Y").curve.response(0.18) - 0.46) < 0.05
+    np.True_
+    """
+    if model not in MODELS or method not in CALIBRATORS:
+        MODELS[model], CALIBRATORS[method]  # raises with a suggestion
+    try:
+        calibrator = CALIBRATORS[method](model=MODELS[model], **settings)
+    except TypeError as error:
+        msg = f"method {method!r}: {str(error).partition('() ')[2]}"
+        raise ParameterError(msg) from error
+    inputs: list[JsonObject] = []
+    remarks: list[str] = []
+
+    def on_frame(frame: Frame) -> None:
+        remarks.extend(f"{frame.path}: {remark}" for remark in frame.remarks)
+        if progress is not None:
+            progress("reading frames", len(inputs) / len(frames))
+
+    evidence = noise_evidence(
+        _frames(frames, inputs),
+        channels=channels,
+        n_levels=n_levels,
+        mask=_mask(mask),
+        on_frame=on_frame,
+    )
+    doubts = screen(evidence.tables, evidence.checks)
+    shares = dict.fromkeys(evidence.tables, 0.0)
+
+    def estimate(name: str) -> Any:  # noqa: ANN401 - a Response, mapped below
+        def channel_progress(share: float) -> None:
+            shares[name] = share
+            if progress is not None:
+                progress("estimating", sum(shares.values()) / len(shares))
+
+        found = calibrator.calibrate(
+            evidence.tables[name], channel=name, progress=channel_progress
+        )
+        return found.with_flags(*doubts[name])
+
+    # NumPy lets go of the interpreter during array work, so threads share the channels.
+    with ThreadPoolExecutor(max_workers=min(len(shares), os.cpu_count() or 1)) as pool:
+        responses = tuple(pool.map(estimate, shares))
+    return Calibration(
+        channels=responses,
+        bit_depth=evidence.bit_depth,
+        provenance={
+            "chartless": __version__,
+            "created": datetime.now(UTC).isoformat(timespec="seconds"),
+            "inputs": inputs,
+            "settings": {
+                "model": model,
+                "method": method,
+                "channels": channels,
+                "levels": n_levels,
+                "mask": None if mask is None else "array" if _is_array(mask) else str(mask),
+                **settings,
+            },
+            "remarks": remarks,
+        },
+    )
+
+
+def _is_array(item: object) -> bool:
+    return isinstance(item, np.ndarray)
+
+
+def _frames(
+    items: Sequence[str | os.PathLike[str] | Levels], inputs: list[JsonObject]
+) -> Iterator[Frame]:
+    """Frames of files and arrays, one by one; `inputs` is filled with where they are from."""
+    seen: dict[Path, Path] = {}
+    for number, item in enumerate(items, start=1):
+        if isinstance(item, np.ndarray):
+            frame = _array_frame(item, number)
+            digest = hashlib.sha256(frame.levels.tobytes()).hexdigest()
+        else:
+            path = Path(item)
+            resolved = path.resolve()
+            if resolved in seen:
+                msg = (
+                    f"{path} and {seen[resolved]} are the same file, so there is no noise to "
+                    "read: give different shots of the scene"
+                )
+                raise UnfitFramesError(msg)
+            seen[resolved] = path
+            from chartless.images import read_frame  # noqa: PLC0415 - loads OpenImageIO
+
+            frame = read_frame(path)
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        inputs.append({"file": str(frame.path), "sha256": digest})
+        yield frame
+
+
+def _array_frame(levels: Levels, number: int) -> Frame:
+    name = Path(f"frame {number}")
+    if levels.dtype not in (np.uint8, np.uint16):
+        msg = f"{name}: levels must be uint8 or uint16, not {levels.dtype}"
+        raise ParameterError(msg)
+    if levels.ndim == 2:  # noqa: PLR2004 - (M, N)
+        levels = levels[..., np.newaxis]
+    if levels.ndim != 3 or levels.shape[-1] not in (1, 3) or levels.size == 0:  # noqa: PLR2004
+        msg = f"{name}: a picture has the shape (M, N) or (M, N, 3), not {levels.shape}"
+        raise ParameterError(msg)
+    return Frame(name, np.ascontiguousarray(levels))
+
+
+def _mask(
+    mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None,
+) -> npt.NDArray[np.bool_] | None:
+    if mask is None:
+        return None
+    if isinstance(mask, np.ndarray):
+        return mask.astype(bool)
+    from chartless.images import read_frame  # noqa: PLC0415 - loads OpenImageIO
+
+    return read_frame(Path(mask)).levels.any(axis=-1)
