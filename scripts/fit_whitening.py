@@ -19,6 +19,7 @@ from chartless.models import MODELS, AbstractModel
 from chartless.types import Floats
 
 TARGET = Path(__file__).parents[1] / "src" / "chartless" / "whitening.json"
+HIGHEST_ORDER = 3
 SIGNLESS = {"b", "c", "s"}  # squared in the published forms: the sign is no information
 
 
@@ -51,7 +52,7 @@ def main() -> None:
         curves = np.unique(data["B"].astype(np.float64), axis=0)
     # Without bounds the higher orders of EEGC follow the digitising noise to coefficients of
     # 10²: no scale for a search.
-    models = [model for model in MODELS.values() if model.order <= 3]
+    models = [model for model in MODELS.values() if model.order <= HIGHEST_ORDER]
     families = {}
     for model in models:
         families[model.name] = family_numbers(model, irradiance, curves)

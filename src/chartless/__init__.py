@@ -51,7 +51,7 @@ _HOME = {
     "calibrate": "workflow",
 }
 
-__all__ = ["__version__", *_HOME]
+__all__ = ["__version__", *_HOME]  # noqa: PLE0604 - all strings
 
 
 def __getattr__(name: str) -> object:

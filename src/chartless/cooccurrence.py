@@ -74,8 +74,7 @@ class Cooccurrence:
             first, second = first[mask], second[mask]
         # Two bytes side by side make a 16-bit index: a quarter of the traffic of int64.
         index_type = np.uint16 if n_levels <= 256 else np.uint32  # noqa: PLR2004 - a byte's values
-        index = first.astype(index_type)
-        index *= index_type(n_levels)
+        index = np.multiply(first, n_levels, dtype=index_type)
         index += second
         counts = np.bincount(index.ravel(), minlength=n_levels**2)
         if counts.size > n_levels**2:
@@ -92,7 +91,7 @@ class Cooccurrence:
     @property
     def n_levels(self) -> int:
         """Number of levels L."""
-        return self.counts.shape[0]
+        return len(self.counts)
 
     @property
     def n_pairs(self) -> int:
@@ -107,7 +106,8 @@ class Cooccurrence:
     @property
     def histogram(self) -> Counts:
         """How often each level occurs in either frame, shape (L,)."""
-        return self.counts.sum(axis=0) + self.counts.sum(axis=1)
+        histogram: Counts = self.counts.sum(axis=0) + self.counts.sum(axis=1)
+        return histogram
 
     @property
     def observed_levels(self) -> tuple[int, int]:
@@ -147,4 +147,6 @@ def level_table(bit_depth: int, n_levels: int) -> Levels:
         )
         raise ParameterError(msg)
     reduced = (np.arange(size, dtype=np.int64) * (n_levels - 1) * 2 + size - 1) // (2 * (size - 1))
-    return reduced.astype(np.uint8 if n_levels <= 256 else np.uint16)  # noqa: PLR2004
+    if n_levels <= 256:  # noqa: PLR2004 - a byte's values
+        return reduced.astype(np.uint8)
+    return reduced.astype(np.uint16)

@@ -96,13 +96,13 @@ class SampledCurve(AbstractCurve):
 
     @override
     def response(self, irradiance: npt.ArrayLike) -> Floats:
-        return np.asarray(np.interp(irradiance, self.irradiance, self.brightness))
+        return np.asarray(np.interp(np.asarray(irradiance), self.irradiance, self.brightness))
 
     @override
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
         # np.interp wants increasing abscissae; of a flat stretch the first point is kept.
         y, first = np.unique(self.brightness, return_index=True)
-        return np.asarray(np.interp(brightness, y, np.asarray(self.irradiance)[first]))
+        return np.asarray(np.interp(np.asarray(brightness), y, np.asarray(self.irradiance)[first]))
 
 
 @final

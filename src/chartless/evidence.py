@@ -97,9 +97,7 @@ def noise_evidence(
                 )
                 raise UnfitFramesError(msg)
             for name, plane in planes.items():
-                pair = Cooccurrence.of_pair(
-                    before[1][name], plane, n_levels=n_levels, mask=mask
-                )
+                pair = Cooccurrence.of_pair(before[1][name], plane, n_levels=n_levels, mask=mask)
                 tables[name] = tables[name] + pair if name in tables else pair
             middle = list(planes)[len(planes) // 2]
             checks.append(check_pair(before[1][middle], planes[middle], mask))

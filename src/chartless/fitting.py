@@ -34,18 +34,25 @@ def fit(model: AbstractModel, irradiance: npt.ArrayLike, brightness: npt.ArrayLi
     -------
     Fit
     """
-    from scipy.optimize import least_squares  # noqa: PLC0415 - takes half a second to import
+    from scipy.optimize import least_squares
 
     x = np.asarray(irradiance, dtype=np.float64)
     y = np.asarray(brightness, dtype=np.float64)
     starts = [model.identity.copy() for _ in range(3)]
     for start, shift in zip(starts, (0.0, -0.8, 0.4), strict=True):
         start[0] += shift
+
+    def residual(parameters: Floats) -> Floats:
+        return model.response(x, parameters) - y
+
+    def jacobian(parameters: Floats) -> Floats:
+        return model.gradient(x, parameters)
+
     solutions = [
         least_squares(
-            lambda p: model.response(x, p) - y,
+            residual,
             start,
-            jac=lambda p: model.gradient(x, p),
+            jac=jacobian,
             bounds=model.bounds,
             x_scale="jac",
             xtol=1e-12,

@@ -12,8 +12,10 @@ class Flag(Enum):
 
     LEVELS_UNSEEN = (
         "levels-unseen",
-        "the frames show only part of the brightness range; outside it the curve is "
-        "extrapolated: include dark and bright parts in the scene",
+        (
+            "the frames show only part of the brightness range; outside it the curve is "
+            "extrapolated: include dark and bright parts in the scene"
+        ),
     )
     CLIPPED = (
         "clipped",
@@ -25,8 +27,10 @@ class Flag(Enum):
     )
     BRIGHTNESS_DRIFT = (
         "brightness-drift",
-        "the light or the exposure changed between frames: fix the exposure by hand, avoid "
-        "flickering lamps",
+        (
+            "the light or the exposure changed between frames: fix the exposure by hand, avoid "
+            "flickering lamps"
+        ),
     )
     STRUCTURED_DIFFERENCE = (
         "structured-difference",
@@ -34,8 +38,10 @@ class Flag(Enum):
     )
     CORRELATED_NOISE = (
         "correlated-noise",
-        "neighbouring pixels share their noise, the mark of denoising, sharpening or strong "
-        "compression: switch these off or use a higher quality",
+        (
+            "neighbouring pixels share their noise, the mark of denoising, sharpening or strong "
+            "compression: switch these off or use a higher quality"
+        ),
     )
     LOW_NOISE = (
         "low-noise",
@@ -43,12 +49,17 @@ class Flag(Enum):
     )
     NOISE_AT_BOUND = (
         "noise-at-bound",
-        "the noise estimate ended at a limit of the search: the frames do not determine it",
+        (
+            "the frames do not tell how the noise divides into slope and floor: trust neither U "
+            "nor V alone, and the curve less than usual"
+        ),
     )
     MISFIT = (
         "misfit",
-        "the model explains the level pairs poorly: the camera may process its pictures in "
-        "ways a response curve and sensor noise do not describe",
+        (
+            "the model explains the level pairs poorly: the camera may process its pictures in "
+            "ways a response curve and sensor noise do not describe"
+        ),
     )
     SEARCH_UNFINISHED = (
         "search-unfinished",

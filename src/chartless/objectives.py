@@ -67,7 +67,8 @@ def _conditional(counts: Counts) -> Floats:
     """
     totals = counts.sum(axis=1, dtype=np.float64)
     totals[[0, -1]] = np.inf
-    return counts / np.maximum(totals, 1.0)[:, np.newaxis]
+    shares: Floats = counts / np.maximum(totals, 1.0)[:, np.newaxis]
+    return shares
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +215,8 @@ def sampled_image_similarity(pairs: SampledPairs, inverse: Floats, noise: Affine
     widths = np.diff(inverse[1::2], prepend=0.0, append=1.0)
     similar = bounded_similarity(levels[pairs.rows], levels[pairs.columns], noise)
     weights = pairs.shares * widths[pairs.columns] + pairs.shares_back * widths[pairs.rows]
-    return float(weights @ similar) / (levels.size - 1) / np.sqrt(self_similarity(noise))
+    z = float(np.sqrt(self_similarity(noise)))
+    return float(weights @ similar) / (levels.size - 1) / z
 
 
 class Objective(NamedTuple):

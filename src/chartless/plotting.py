@@ -18,11 +18,10 @@ from chartless.curves import AbstractCurve
 from chartless.errors import ImageError
 from chartless.objectives import BinnedPairs, expected_shares, half_levels
 from chartless.response import Response, rmse
-from chartless.types import Floats
+from chartless.types import Counts, Floats
 
 # Okabe and Ito's colours, which most colour-blind readers can tell apart.
 _COLOURS = {"R": "#d55e00", "G": "#009e73", "B": "#0072b2", "Y": "#333333"}
-_TRUTH = {"color": "black", "linestyle": (0, (4, 3)), "linewidth": 1.2, "label": "truth"}
 _FORMATS = (".png", ".svg", ".pdf")
 _FEWEST = 100
 """Pairs that a level must have for its noise to be drawn."""
@@ -92,7 +91,7 @@ def draw_response(
         axes.plot(inverse[[low, high]], level[[low, high]], "o", color=colour, markersize=4)
     if truth is not None:
         irradiance = np.linspace(0, 1, 1024)
-        axes.plot(irradiance, truth.response(irradiance), **_TRUTH)
+        axes.plot(irradiance, truth.response(irradiance), "k--", linewidth=1.2, label="truth")
     axes.plot([0, 1], [0, 1], color="0.8", linewidth=0.8, zorder=0)
     axes.set(
         title="Response (dots: range of levels seen)",
@@ -126,7 +125,7 @@ def draw_cooccurrence(axes: Axes, response: Response) -> None:
     inside = (other >= 0) & (other < n_levels)
     other = other.clip(0, n_levels - 1)
     seen = np.where(inside, counts[level, other], 0)
-    expected = np.where(inside, _expected_counts(response, counts)[level, other], 0.0)
+    expected = np.where(inside, expected_counts(response, counts)[level, other], 0.0)
     image = axes.pcolormesh(
         level, difference, np.ma.masked_equal(seen, 0), norm=colors.LogNorm(), cmap="viridis",
         rasterized=True,
@@ -140,24 +139,21 @@ def draw_cooccurrence(axes: Axes, response: Response) -> None:
 
 def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
     """Noise level function: deviation of one frame at each level, seen and modelled."""
-    top = 0.0
     for response in channels:
         colour = _COLOURS[response.name]
-        level = np.arange(response.n_levels)
-        model = modelled_noise(response)
-        axes.plot(level, model, color=colour, label=f"{response.name}: {_noise_text(response)}")
-        low, high = response.observed_levels
-        top = max(top, float(model[low : high + 1].max(initial=0.0)))
-        if response.table is not None:
-            seen = seen_noise(response.table)
-            axes.plot(level, seen, ".", color=colour, markersize=3, alpha=0.5)
-            top = max(top, float(np.nanquantile(seen, 0.99)) if np.isfinite(seen).any() else 0.0)
+        label = f"{response.name}: {_noise_text(response)}"
+        if response.table is None:
+            axes.plot([], [], color=colour, label=label)
+            continue
+        counts = response.table.symmetric
+        axes.plot(noise_levels(counts), ".", color=colour, markersize=3, alpha=0.5)
+        axes.plot(noise_levels(expected_counts(response, counts)), color=colour, label=label)
     axes.set(
         title="Noise of one frame (dots: seen, lines: model)",
         xlabel="level",
         ylabel="deviation in levels",
-        ylim=(0, 1.15 * top or 1.0),
     )
+    axes.set_ylim(bottom=0)
     axes.legend(frameon=False)
 
 
@@ -177,38 +173,39 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
         ylabel="1 − image similarity" if bounded else "image similarity",
         yscale="log",
     )
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("{x:g}")
     if axes.lines:
         axes.legend(frameon=False)
 
 
-def modelled_noise(response: Response) -> Floats:
-    """Deviation in levels that the model predicts at each level, rounding included; (L,)."""
-    brightness = half_levels(response.n_levels)
-    inverse = response.curve.inverse(brightness)
-    edges = np.concatenate([[0.0], inverse[1::2], [1.0]])
-    widths = np.diff(edges)
-    widths[[0, -1]] *= 2  # the outermost bins are half as wide
-    with np.errstate(divide="ignore"):
-        in_levels = response.noise.std(inverse[::2]) / widths
-    return np.sqrt(in_levels**2 + 1 / 12)
+def noise_levels(counts: Counts | Floats) -> Floats:
+    """Deviation of one frame around each mean level, from the differences of pairs.
 
+    Parameters
+    ----------
+    counts : ndarray, shape (L, L)
+        Level pairs, counted or expected: both go the same way, so that clipping and
+        rounding, which make it smaller near the ends, cancel in the comparison.
 
-def seen_noise(table: Cooccurrence) -> Floats:
-    """Deviation of one frame around each mean level, from the differences of pairs; (L,).
-
-    NaN where there are too few pairs. Near the clipped levels it is too small.
+    Returns
+    -------
+    ndarray of float, shape (L,)
+        In levels; NaN where there are too few pairs.
     """
-    earlier, later = np.nonzero(table.counts)
-    counts = table.counts[earlier, later].astype(np.float64)
+    n_levels = len(counts)
+    earlier, later = np.nonzero(counts)
+    weight = counts[earlier, later].astype(np.float64)
     middle = (earlier + later + 1) // 2
-    pairs = np.bincount(middle, counts, table.n_levels)
-    squares = np.bincount(middle, counts * (later - earlier) ** 2.0, table.n_levels)
+    pairs = np.bincount(middle, weight, n_levels)
+    squares = np.bincount(middle, weight * (later - earlier) ** 2.0, n_levels)
     with np.errstate(invalid="ignore", divide="ignore"):
         deviation = np.sqrt(squares / pairs / 2)
     return np.where(pairs >= _FEWEST, deviation, np.nan)
 
 
-def _expected_counts(response: Response, counts: "np.ndarray[tuple[int, int], np.dtype[np.int64]]") -> Floats:
+def expected_counts(response: Response, counts: Counts) -> Floats:
+    """Level pairs that a response expects, with the row totals of `counts`; shape (L, L)."""
     everywhere = BinnedPairs.from_counts(np.ones_like(counts))
     inverse = response.curve.inverse(half_levels(response.n_levels))
     shares = expected_shares(everywhere, inverse, response.noise)

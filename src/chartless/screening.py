@@ -1,4 +1,4 @@
-"""Are these frames fit to be calibrated from, and how far is the result to be trusted?
+"""Whether frames are fit to be calibrated from, and how far the result is to be trusted.
 
 Calibration by noise reads the difference of two frames. It is fit when that difference is
 pixel noise and nothing else. So each check measures which share of the squared difference
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from chartless.cooccurrence import Cooccurrence
 from chartless.errors import UnfitFramesError
 from chartless.flags import Flag
-from chartless.types import Levels
+from chartless.types import Floats32, Levels
 
 GROSS = 0.5
 """Above this share, what should be noise is mostly something else: refused."""
@@ -64,7 +64,7 @@ def check_pair(
     mask : ndarray of bool, shape (M, N), optional
         Pixels outside it count as unchanged.
     """
-    scene, later = _bands(first).astype(np.float32), _bands(second).astype(np.float32)
+    scene, later = _bands(first), _bands(second)
     difference = later - scene
     if mask is not None:
         difference *= _bands(mask)
@@ -73,8 +73,8 @@ def check_pair(
         return PairCheck(0.0, 0.0, 0.0, 0.0)
 
     mean = scene + later
-    across = 0.25 * (mean[:, 1:-1, 2:] - mean[:, 1:-1, :-2])
-    down = 0.25 * (mean[:, 2:, 1:-1] - mean[:, :-2, 1:-1])
+    across = np.float32(0.25) * (mean[:, 1:-1, 2:] - mean[:, 1:-1, :-2])
+    down = np.float32(0.25) * (mean[:, 2:, 1:-1] - mean[:, :-2, 1:-1])
     core = difference[:, 1:-1, 1:-1]
     cross = _dot(across, down)
     normal = np.array([[_dot(across, across), cross], [cross, _dot(down, down)]])
@@ -90,7 +90,7 @@ def check_pair(
     )
 
 
-def _bands(frame: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+def _bands(frame: Levels | npt.NDArray[np.bool_]) -> Floats32:
     """Bands of 32 rows, evenly spread, of at most half a million pixels: shape (B, 32, N).
 
     Enough for every measure here, and reading a large frame is not slowed by checking it.
@@ -100,14 +100,15 @@ def _bands(frame: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
     n_bands = rows // height
     wanted = max(1, min(n_bands, _ENOUGH // (height * columns)))
     chosen = np.linspace(0, n_bands - 1, wanted).round().astype(int)
-    return frame[: n_bands * height].reshape(n_bands, height, columns)[chosen]
+    bands = frame[: n_bands * height].reshape(n_bands, height, columns)[chosen]
+    return np.asarray(bands, dtype=np.float32)
 
 
-def _dot(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> float:
+def _dot(a: Floats32, b: Floats32) -> float:
     return float(np.vdot(a, b))
 
 
-def _patch_share(difference: npt.NDArray[np.float32], energy: float) -> float:
+def _patch_share(difference: Floats32, energy: float) -> float:
     bands, rows, columns = difference.shape
     down, across = rows // _BLOCK, columns // _BLOCK
     trimmed = difference[:, : down * _BLOCK, : across * _BLOCK]

@@ -127,16 +127,17 @@ def black_end(x: Floats, y: Floats, rho: Floats, noise: AffineNoise) -> Floats:
     """
     u, v = noise.slope, noise.floor
     # v² − ρ² with the squares factored: nothing cancels.
-    return -(x * (u * x + 2 * v) + y * (u * y + 2 * v)) / (np.sqrt(2 * v) * (v + rho))
+    end: Floats = -(x * (u * x + 2 * v) + y * (u * y + 2 * v)) / (np.sqrt(2 * v) * (v + rho))
+    return end
 
 
 def white_end(x: Floats, y: Floats, rho: Floats, noise: AffineNoise) -> Floats:
     """As `black_end` for light t = 1; not below 0 for x and y in [0, 1]."""
     u, white = noise.slope, noise.slope + noise.floor
     x, y = 1 - x, 1 - y
-    return (x * (2 * white - u * x) + y * (2 * white - u * y)) / (
-        np.sqrt(2 * white) * (white + rho)
-    )
+    to_white = x * (2 * white - u * x) + y * (2 * white - u * y)
+    end: Floats = to_white / (np.sqrt(2 * white) * (white + rho))
+    return end
 
 
 def _mass_below(w: Floats, inverse_z: Floats) -> Floats:
@@ -148,18 +149,20 @@ def _mass_below(w: Floats, inverse_z: Floats) -> Floats:
     m0 = ndtr(w)
     m2 = m0 - density
     m4 = 3 * m2 - w * w * density
-    return m0 - inverse_z * (m2 / 8 - inverse_z * (3 * m4 / 128))
+    mass: Floats = m0 - inverse_z * (m2 / 8 - inverse_z * (3 * m4 / 128))
+    return mass
 
 
 def _incomplete_bessel(low: Floats, high: Floats, inverse_z: Floats) -> Floats:
-    """Integral of φ(w) (1 + w²/4z)^(−1/2) from low to high for any z, by Gauss–Legendre quadrature over θ."""
+    """Integral of φ(w) (1 + w²/4z)^(−1/2) from low to high, for any z, by quadrature over θ."""
     scale = 0.5 * np.sqrt(inverse_z)  # w/(2√z) = sinh(θ/2)
     start = 2 * np.arcsinh(scale * np.maximum(low, -_WINDOW))
     stop = 2 * np.arcsinh(scale * np.minimum(high, _WINDOW))
     half = 0.5 * (stop - start)
     theta = (start + half)[..., np.newaxis] + half[..., np.newaxis] * _NODES
     integrand = np.exp(-2 * np.sinh(0.5 * theta) ** 2 / inverse_z[..., np.newaxis])
-    return half * (integrand @ _WEIGHTS) / np.sqrt(2 * np.pi * inverse_z)
+    mass: Floats = half * (integrand @ _WEIGHTS) / np.sqrt(2 * np.pi * inverse_z)
+    return mass
 
 
 def quadrature_similarity(

@@ -10,14 +10,14 @@ import numpy as np
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
 from chartless.noise import AffineNoise
-from chartless.types import Floats, Levels
+from chartless.types import Floats, Floats32, Levels
 
 # The response is tabulated this finely, in √I so that steep toes are resolved.
 _TABLE_SIZE = 1 << 16
 
 
 def simulate_frames(
-    scene: Floats,
+    scene: Floats | Floats32,
     curve: AbstractCurve,
     noise: AffineNoise,
     *,

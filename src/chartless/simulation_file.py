@@ -8,16 +8,16 @@ import numpy as np
 
 from chartless._files import atomic_path, make_folder
 from chartless.curves import AbstractCurve
-from chartless.images import write_image
+from chartless.images import DataType, write_image
 from chartless.noise import AffineNoise
 from chartless.response import RESPONSE_SAMPLES
 from chartless.simulate import simulate_frames
-from chartless.types import Floats, JsonObject
+from chartless.types import Floats, Floats32, JsonObject
 
 
 def write_simulation(
     folder: Path,
-    scene: Floats,
+    scene: Floats | Floats32,
     curve: AbstractCurve,
     noise: AffineNoise,
     *,
@@ -48,12 +48,10 @@ def write_simulation(
         The frames, then the truth.
     """
     make_folder(folder)
-    data_type = "uint8" if bit_depth == 8 else "uint16"  # noqa: PLR2004
+    data_type: DataType = "uint8" if bit_depth == 8 else "uint16"  # noqa: PLR2004
     top = (1 << bit_depth) - 1
     written = []
-    frames = simulate_frames(
-        scene, curve, noise, n_frames=n_frames, bit_depth=bit_depth, seed=seed
-    )
+    frames = simulate_frames(scene, curve, noise, n_frames=n_frames, bit_depth=bit_depth, seed=seed)
     for number, levels in enumerate(frames, start=1):
         path = folder / f"frame_{number}.png"
         write_image(path, levels / top, data_type=data_type, linear=False)

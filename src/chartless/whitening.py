@@ -28,11 +28,13 @@ class Whitening:
 
     def colour(self, whitened: Floats) -> Floats:
         """Raw parameters, shape (P,)."""
-        return self.mean + self.matrix @ whitened
+        parameters: Floats = self.mean + self.matrix @ whitened
+        return parameters
 
     def whiten(self, parameters: Floats) -> Floats:
         """Whitened parameters, shape (P,)."""
-        return np.linalg.solve(self.matrix, parameters - self.mean)
+        whitened: Floats = np.linalg.solve(self.matrix, parameters - self.mean)
+        return whitened
 
 
 @cache

@@ -102,7 +102,7 @@ def calibrate(
         _frames(frames, inputs),
         channels=channels,
         n_levels=n_levels,
-        mask=_mask(mask),
+        mask=_read_mask(mask),
         on_frame=on_frame,
     )
     doubts = screen(evidence.tables, evidence.checks)
@@ -114,9 +114,7 @@ def calibrate(
             if progress is not None:
                 progress("estimating", sum(shares.values()) / len(shares))
 
-        found = calibrator.calibrate(
-            evidence.tables[name], channel=name, progress=channel_progress
-        )
+        found = calibrator.calibrate(evidence.tables[name], channel=name, progress=channel_progress)
         return found.with_flags(*doubts[name])
 
     # NumPy lets go of the interpreter during array work, so threads share the channels.
@@ -165,7 +163,7 @@ def _frames(
                 )
                 raise UnfitFramesError(msg)
             seen[resolved] = path
-            from chartless.images import read_frame  # noqa: PLC0415 - loads OpenImageIO
+            from chartless.images import read_frame
 
             frame = read_frame(path)
             with path.open("rb") as file:
@@ -184,16 +182,17 @@ def _array_frame(levels: Levels, number: int) -> Frame:
     if levels.ndim != 3 or levels.shape[-1] not in (1, 3) or levels.size == 0:  # noqa: PLR2004
         msg = f"{name}: a picture has the shape (M, N) or (M, N, 3), not {levels.shape}"
         raise ParameterError(msg)
-    return Frame(name, np.ascontiguousarray(levels))
+    return Frame(name, levels.copy(order="C"))
 
 
-def _mask(
+def _read_mask(
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None,
 ) -> npt.NDArray[np.bool_] | None:
     if mask is None:
         return None
     if isinstance(mask, np.ndarray):
         return mask.astype(bool)
-    from chartless.images import read_frame  # noqa: PLC0415 - loads OpenImageIO
+    from chartless.images import read_frame
 
-    return read_frame(Path(mask)).levels.any(axis=-1)
+    kept: npt.NDArray[np.bool_] = np.any(read_frame(Path(mask)).levels, axis=-1)
+    return kept

@@ -68,9 +68,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, Abort):
         return _fail("interrupted", given, INTERRUPTED)
     except BrokenPipeError:  # the reader of our output has gone, as `head` does
-        sys.stdout = None  # type: ignore[assignment]  # nothing is left to flush to
+        sys.stdout = None  # nothing is left to flush to
         return 0
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001 - no traceback reaches a user
         text = f"internal error: {type(error).__name__}: {error}; please report it"
         return _fail(text, given, INTERNAL)
     return int(status or 0)
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _fail(message: str, given: list[str], status: int) -> int:
     if os.environ.get("CHARTLESS_DEBUG") and sys.exc_info()[0] is not None:
-        sys.excepthook(*sys.exc_info())  # type: ignore[arg-type]  # checked on the line above
+        sys.excepthook(*sys.exc_info())
     line = " ".join(message.split())
     print(f"chartless: error: {line}", file=sys.stderr)
     if "--json" in given:

@@ -11,31 +11,45 @@ from chartless.cli._terminal import FLAGGED, print_json, print_summary, progress
 
 def calibrate(
     frames: Annotated[
-        list[Path], typer.Argument(help="Two or more pictures of one still scene.", show_default=False)
+        list[Path],
+        typer.Argument(help="Two or more pictures of one still scene.", show_default=False),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Calibration to write [default: camera.json].", show_default=False),
+        typer.Option(
+            "--output",
+            "-o",
+            help="Calibration to write [default: camera.json].",
+            show_default=False,
+        ),
     ] = None,
     model: Annotated[str, typer.Option(help="Family of response curves.")] = "ameegc2-exact",
-    method: Annotated[str, typer.Option(help="Method of estimation: ism-bin or ism-sampled.")] = "ism-bin",
+    method: Annotated[
+        str, typer.Option(help="Method of estimation: ism-bin or ism-sampled.")
+    ] = "ism-bin",
     channels: Annotated[str, typer.Option(help="auto (as in the file), rgb or luma.")] = "auto",
     levels: Annotated[int, typer.Option(help="Reduce the frames to this many levels.")] = 256,
     mask: Annotated[
         Path | None, typer.Option(help="Picture that is black where pixels are to be left out.")
     ] = None,
     rounds: Annotated[int, typer.Option(help="Rounds of the search.")] = 15,
-    iterations: Annotated[int, typer.Option(help="Iterations per round, for noise and curve each.")] = 10,
+    iterations: Annotated[
+        int, typer.Option(help="Iterations per round, for noise and curve each.")
+    ] = 10,
     start: Annotated[str, typer.Option(help="Noise U,V to start from, in 8-bit units.")] = "0.06,1",
     curve_step: Annotated[
         float, typer.Option(help="First step of the curve; 1 is the spread of real cameras.")
     ] = 0.5,
-    noise_step: Annotated[float, typer.Option(help="First step of the noise, in ln u and ln v.")] = 0.5,
+    noise_step: Annotated[
+        float, typer.Option(help="First step of the noise, in ln u and ln v.")
+    ] = 0.5,
     shrink: Annotated[float, typer.Option(help="Factor on the steps from round to round.")] = 0.9,
-    seed: Annotated[
+    seed: Annotated[  # noqa: ARG001 - part of the command's contract
         int, typer.Option(help="Seed for methods that draw random numbers; these do not.")
     ] = 0,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit with status 3 if the result is doubtful.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with status 3 if the result is doubtful.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """Estimate the camera's response from FRAMES of one still scene.

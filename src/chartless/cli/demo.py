@@ -14,7 +14,9 @@ _SEED = 1
 
 
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to make.")] = Path("chartless-demo"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to make.")] = Path(
+        "chartless-demo"
+    ),
     as_json: AsJson = False,
 ) -> None:
     """Calibrate a simulated camera and compare with the truth.

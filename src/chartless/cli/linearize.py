@@ -10,12 +10,19 @@ from chartless.errors import ParameterError
 
 
 def linearize(
-    calibration: Annotated[Path, typer.Argument(help="File that calibrate wrote.", show_default=False)],
-    images: Annotated[list[Path], typer.Argument(help="Pictures of this camera.", show_default=False)],
+    calibration: Annotated[
+        Path, typer.Argument(help="File that calibrate wrote.", show_default=False)
+    ],
+    images: Annotated[
+        list[Path], typer.Argument(help="Pictures of this camera.", show_default=False)
+    ],
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", help="File, or an existing folder for several pictures.", show_default=False
+            "--output",
+            "-o",
+            help="File, or an existing folder for several pictures.",
+            show_default=False,
         ),
     ],
     suffix: Annotated[
@@ -45,12 +52,12 @@ def linearize(
                 progress(f"{image.name}", number / len(images))
             if inverse:
                 picture = read_values(image)
-                values = loaded.delinearize(picture.values)
+                values, orientation = loaded.delinearize(picture.values), picture.orientation
             else:
-                picture = read_frame(image)
-                values = loaded.linearize(picture.levels)
-            write_image(target, values, orientation=picture.orientation)
-            for text in picture.remarks:
+                frame = read_frame(image)
+                values, orientation = loaded.linearize(frame.levels), frame.orientation
+            write_image(target, values, orientation=orientation, linear=not inverse)
+            for text in picture.remarks if inverse else frame.remarks:
                 remark(f"{image}: {text}")
     for target in targets:
         print(target)

@@ -10,7 +10,9 @@ from chartless.cli._terminal import print_json, print_summary
 
 
 def show(
-    calibration: Annotated[Path, typer.Argument(help="File that calibrate wrote.", show_default=False)],
+    calibration: Annotated[
+        Path, typer.Argument(help="File that calibrate wrote.", show_default=False)
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Picture to draw: .png, .svg or .pdf.")
     ] = None,

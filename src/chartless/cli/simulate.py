@@ -11,12 +11,17 @@ from chartless.cli._terminal import progress_bar
 
 def simulate(
     scene: Annotated[
-        Path, typer.Argument(help="Picture whose values are taken for irradiance.", show_default=False)
+        Path,
+        typer.Argument(help="Picture whose values are taken for irradiance.", show_default=False),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to make.", show_default=False)],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder to make.", show_default=False)
+    ],
     response: Annotated[
         str,
-        typer.Option(help="Response: srgb, linear, MODEL:params such as gamma:0.45, or a CSV file."),
+        typer.Option(
+            help="Response: srgb, linear, MODEL:params such as gamma:0.45, or a CSV file."
+        ),
     ] = "srgb",
     noise: Annotated[str, typer.Option(help="Noise U,V in 8-bit units.")] = "0.03,16",
     frames: Annotated[int, typer.Option(min=1, help="How many frames.")] = 2,
@@ -24,7 +29,9 @@ def simulate(
     seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal frames.")] = 0,
     undo: Annotated[
         str,
-        typer.Option(help="Response the scene was taken with, to be undone first; most JPEGs: srgb."),
+        typer.Option(
+            help="Response the scene was taken with, to be undone first; most JPEGs: srgb."
+        ),
     ] = "linear",
 ) -> None:
     """Take noisy frames of SCENE with a camera whose response is known.

@@ -114,14 +114,14 @@ def read_values(path: str | os.PathLike[str]) -> Picture:
     spec = source.spec()
     _refuse_size(path, spec.width, spec.height)
     n_channels = 1 if spec.nchannels <= 2 else 3  # noqa: PLR2004 - grey and alpha
-    values = source.read_image(0, 0, 0, n_channels, "float")
+    light = source.read_image(0, 0, 0, n_channels, "float")
     reason = source.geterror()
-    if values is None or reason:
+    if light is None or reason:
         raise _damaged(path) from OSError(reason)
-    if not np.isfinite(values).all():
+    if not np.isfinite(light).all():
         msg = "holds values that are not finite: repair it first"
         raise ImageError(str(path), msg)
-    return Picture(values, _orientation(spec), tuple(_remarks(source, spec, None)))
+    return Picture(light, _orientation(spec), tuple(_remarks(source, spec, None)))
 
 
 def _read_head(path: Path) -> bytes:
