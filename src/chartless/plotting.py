@@ -16,7 +16,7 @@ from chartless.calibration import Calibration
 from chartless.cooccurrence import Cooccurrence
 from chartless.curves import AbstractCurve
 from chartless.errors import ImageError
-from chartless.objectives import BinnedPairs, expected_shares, half_levels
+from chartless.objectives import expected_table, half_levels
 from chartless.response import Response, rmse
 from chartless.types import Counts, Floats
 
@@ -206,12 +206,8 @@ def noise_levels(counts: Counts | Floats) -> Floats:
 
 def expected_counts(response: Response, counts: Counts) -> Floats:
     """Level pairs that a response expects, with the row totals of `counts`; shape (L, L)."""
-    everywhere = BinnedPairs.from_counts(np.ones_like(counts))
     inverse = response.curve.inverse(half_levels(response.n_levels))
-    shares = expected_shares(everywhere, inverse, response.noise)
-    expected = np.zeros(counts.shape)
-    cells = np.flatnonzero(everywhere.shares)
-    expected[everywhere.rows[cells], everywhere.edges[cells]] = shares[cells]
+    expected = expected_table(inverse, response.noise)
     totals = expected.sum(axis=1, keepdims=True)
     expected *= counts.sum(axis=1, keepdims=True) / np.maximum(totals, 1e-12)
     return expected

@@ -23,6 +23,7 @@ Three functions give the same quantity: `similarity` (all light), `bounded_simil
 other two are checked against.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +43,7 @@ _SERIES_Z = 2e3
 _BOUNDED_SERIES_Z = 100.0
 # The incomplete integral ends where its integrand is below exp(-W²/2) = 4e-18.
 _WINDOW = 9.0
-_NODES, _WEIGHTS = leggauss(48)
+_BESSEL_NODES = 48
 # ∫₀^∞ 1 − Φ(√2 x)² erf(√2 x) dx: what each end of [0, 1] takes from the integral of S², in
 # units of the noise deviation there. Quadrature to 15 digits in tests/test_similarity.py.
 _END_DEFICIT = 0.660130006162497
@@ -59,8 +60,14 @@ class Exponent(NamedTuple):
 
 def exponent(variance_1: Floats, variance_2: Floats) -> Exponent:
     """Pieces of the similarity of two irradiances whose noise has these variances."""
-    rho = np.sqrt(0.5 * (variance_1 * variance_1 + variance_2 * variance_2))
-    return Exponent(rho, 2.0 * rho + variance_1 + variance_2)
+    rho = variance_1 * variance_1
+    rho += variance_2 * variance_2
+    rho *= 0.5
+    np.sqrt(rho, out=rho)
+    spread = 2.0 * rho
+    spread += variance_1
+    spread += variance_2
+    return Exponent(rho, spread)
 
 
 def similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: AffineNoise) -> Floats:
@@ -104,19 +111,24 @@ def bounded_similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: Affin
         below 1e-9 where z = 2ρ/u² > 500.
     """
     x, y = _as_floats(first, second)
-    variance_x, variance_y = noise.variance(x), noise.variance(y)
-    rho, spread = exponent(variance_x, variance_y)
-    value = np.exp(-((x - y) ** 2) / spread) / np.sqrt(4.0 * np.pi * rho)
+    rho, spread = exponent(noise.variance(x), noise.variance(y))
     inverse_z = noise.slope**2 / (2.0 * rho)
-    black, white = black_end(x, y, rho, noise), white_end(x, y, rho, noise)
-    series = inverse_z * _BOUNDED_SERIES_Z <= 1
-    if series.all():
-        return value * (_mass_below(white, inverse_z) - _mass_below(black, inverse_z))
-    above, below = inverse_z[series], inverse_z[~series]
-    mass = np.empty_like(value)
-    mass[series] = _mass_below(white[series], above) - _mass_below(black[series], above)
-    mass[~series] = _incomplete_bessel(black[~series], white[~series], below)
-    return value * mass
+    mass = _whole_mass(inverse_z)
+    # A pair further than this from an end does not see it: black_end(x, x) is −x √(2/v).
+    near_black = np.minimum(x, y) < _WINDOW * np.sqrt(noise.floor / 2)
+    near_white = np.maximum(x, y) > 1 - _WINDOW * np.sqrt((noise.slope + noise.floor) / 2)
+    for near, end, sign in ((near_black, black_end, 1.0), (near_white, white_end, -1.0)):
+        w = end(x[near], y[near], rho[near], noise)
+        mass[near] -= _mass_below(sign * w, inverse_z[near])
+    short = inverse_z * _BOUNDED_SERIES_Z > 1
+    if short.any():
+        x_short, y_short, rho_short = x[short], y[short], rho[short]
+        mass[short] = _incomplete_bessel(
+            black_end(x_short, y_short, rho_short, noise),
+            white_end(x_short, y_short, rho_short, noise),
+            inverse_z[short],
+        )
+    return mass * np.exp(-((x - y) ** 2) / spread) / np.sqrt(4.0 * np.pi * rho)
 
 
 def black_end(x: Floats, y: Floats, rho: Floats, noise: AffineNoise) -> Floats:
@@ -153,15 +165,21 @@ def _mass_below(w: Floats, inverse_z: Floats) -> Floats:
     return mass
 
 
+def _whole_mass(inverse_z: Floats) -> Floats:
+    """As `_mass_below` for w = ∞."""
+    return 1 - inverse_z * (1 / 8 - inverse_z * (9 / 128))
+
+
 def _incomplete_bessel(low: Floats, high: Floats, inverse_z: Floats) -> Floats:
     """Integral of φ(w) (1 + w²/4z)^(−1/2) from low to high, for any z, by quadrature over θ."""
+    nodes, weights = _legendre(_BESSEL_NODES)
     scale = 0.5 * np.sqrt(inverse_z)  # w/(2√z) = sinh(θ/2)
     start = 2 * np.arcsinh(scale * np.maximum(low, -_WINDOW))
     stop = 2 * np.arcsinh(scale * np.minimum(high, _WINDOW))
     half = 0.5 * (stop - start)
-    theta = (start + half)[..., np.newaxis] + half[..., np.newaxis] * _NODES
+    theta = (start + half)[..., np.newaxis] + half[..., np.newaxis] * nodes
     integrand = np.exp(-2 * np.sinh(0.5 * theta) ** 2 / inverse_z[..., np.newaxis])
-    mass: Floats = half * (integrand @ _WEIGHTS) / np.sqrt(2 * np.pi * inverse_z)
+    mass: Floats = half * (integrand @ weights) / np.sqrt(2 * np.pi * inverse_z)
     return mass
 
 
@@ -198,13 +216,19 @@ def quadrature_similarity(
     return total
 
 
+@cache
+def _legendre(nodes: int) -> tuple[Floats, Floats]:
+    points, weights = leggauss(nodes)  # an eigenvalue problem: slower than all the rest
+    return points, weights
+
+
 def light_nodes(noise: AffineNoise, nodes: int) -> tuple[Floats, Floats]:
     """Nodes t ∈ [0, 1] and weights of a quadrature over light, each of shape (nodes,).
 
     Gauss–Legendre in √(ut + v), so that the nodes are equally dense in noise deviations.
     """
     root_0, root_1 = np.sqrt(noise.floor), np.sqrt(noise.slope + noise.floor)
-    points, weights = leggauss(nodes)
+    points, weights = _legendre(nodes)
     share = 0.5 * (points + 1)
     # t = (root² − v)/u with root = root_0 + share (root_1 − root_0), without dividing by u.
     span = root_0 + root_1

@@ -33,8 +33,7 @@ class Whitening:
 
     def whiten(self, parameters: Floats) -> Floats:
         """Whitened parameters, shape (P,)."""
-        whitened: Floats = np.linalg.solve(self.matrix, parameters - self.mean)
-        return whitened
+        return np.asarray(np.linalg.solve(self.matrix, parameters - self.mean), np.float64)
 
 
 @cache

@@ -2,11 +2,12 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from chartless._registry import Registry
 from chartless.cooccurrence import Cooccurrence
 from chartless.response import Response
+from chartless.types import JsonObject
 
 Progress = Callable[[float], None]
 """Called now and then with the share of the work done, 0 … 1."""
@@ -15,6 +16,16 @@ Progress = Callable[[float], None]
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractCalibrator(ABC):
     """Settings in the constructor, evidence to `calibrate`, a `Response` out."""
+
+    @property
+    def settings(self) -> JsonObject:
+        """Every setting but the model, as JSON types: what makes a result reproducible."""
+        named = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in named.items()
+            if name != "model"
+        }
 
     @abstractmethod
     def calibrate(

@@ -21,7 +21,7 @@ from chartless.types import Floats
 from chartless.whitening import whitening
 
 # Limits of the noise search in 8-bit units. U of cameras lies in 0.01 … 0.5, V in 0.1 … 100
-# (DESIGN of the simulations: 0.01 … 0.06 and 9 … 25); beyond the limits nothing changes.
+# (the source paper simulates 0.01 … 0.06 and 9 … 25); beyond the limits nothing changes.
 _LEAST_8BIT = (1e-3, 1e-2)
 _MOST_8BIT = (1e1, 1e4)
 # A round that gains less than this share is no longer getting anywhere.
@@ -50,8 +50,8 @@ class SimilaritySearch(AbstractCalibrator):
         Rounds of one search over the noise and one over the curve.
     iterations : int
         Iterations of each of these searches, at most.
-    start : AffineNoise
-        Noise to start from; the curve starts as f(I) = I.
+    start : (float, float)
+        Noise U, V to start from, in 8-bit units; the curve starts as f(I) = I.
     curve_step : float
         First simplex in whitened curve parameters: 1 is a standard deviation among cameras.
     noise_step : float
@@ -64,7 +64,7 @@ class SimilaritySearch(AbstractCalibrator):
     objective: str = "bin"
     rounds: int = 15
     iterations: int = 10
-    start: AffineNoise = field(default_factory=lambda: AffineNoise.from_8bit(0.06, 1.0))
+    start: tuple[float, float] = (0.06, 1.0)
     curve_step: float = 0.5
     noise_step: float = 0.5
     shrink: float = 0.9
@@ -73,6 +73,7 @@ class SimilaritySearch(AbstractCalibrator):
         if self.rounds < 1 or self.iterations < 1:
             msg = "a search needs at least one round of one iteration"
             raise ParameterError(msg)
+        AffineNoise.from_8bit(*self.start)  # raises if it is no noise
 
     @override
     def calibrate(
@@ -94,7 +95,7 @@ class SimilaritySearch(AbstractCalibrator):
             return cost(inverse(curve), log_noise) if admitted else np.inf
 
         curve = whitened.whiten(self.model.identity)
-        log_noise = np.log([self.start.slope, self.start.floor])
+        log_noise = _log_noise(*self.start)
         values = [-cost(inverse(curve), log_noise)]
         evaluations = 1
         for done in range(self.rounds):
@@ -139,8 +140,12 @@ class SimilaritySearch(AbstractCalibrator):
         return response.with_flags(*(flag for flag, holds in doubts if holds))
 
 
-_LOG_LEAST = np.log([_LEAST_8BIT[0] / 255, _LEAST_8BIT[1] / 255**2])
-_LOG_MOST = np.log([_MOST_8BIT[0] / 255, _MOST_8BIT[1] / 255**2])
+def _log_noise(slope: float, floor: float) -> Floats:
+    noise = AffineNoise.from_8bit(slope, floor)
+    return np.log([max(noise.slope, np.finfo(float).tiny), noise.floor])
+
+
+_LOG_LEAST, _LOG_MOST = _log_noise(*_LEAST_8BIT), _log_noise(*_MOST_8BIT)
 
 
 def _noise(log_noise: Floats) -> AffineNoise:

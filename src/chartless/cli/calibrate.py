@@ -65,6 +65,7 @@ def calibrate(
     from chartless.calibration_file import save, to_json
     from chartless.workflow import calibrate as calibrate_camera
 
+    noise = parse_noise(start)
     with progress_bar() as progress:
         calibration = calibrate_camera(
             frames,
@@ -76,7 +77,7 @@ def calibrate(
             progress=progress,
             rounds=rounds,
             iterations=iterations,
-            start=parse_noise(start),
+            start=(noise.slope_8bit, noise.floor_8bit),
             curve_step=curve_step,
             noise_step=noise_step,
             shrink=shrink,
