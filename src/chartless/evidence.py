@@ -9,6 +9,7 @@ limit is the unknown ratio of the noise parameters, not the number of counts.
 Two frames are held at a time, and the tables.
 """
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ from chartless.types import Levels
 
 CHANNELS = ("auto", "rgb", "luma")
 """Ways to split a frame: as it is; red, green and blue; or the luma of the three."""
+_MOST_STOPS = 0.1  # rounding of EXIF stays below
 # Y of JPEG files: ITU-R BT.601.
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
@@ -70,8 +72,8 @@ def noise_evidence(
     Raises
     ------
     UnfitFramesError
-        If there are fewer than two frames, if they differ in size, channels or bit depth,
-        or if two have identical pixels.
+        If there are fewer than two frames, if they differ in size, channels, bit depth or
+        exposure, or if two have identical pixels.
     ParameterError
         If `channels` or `n_levels` does not suit the frames, or the mask their size.
     """
@@ -139,6 +141,8 @@ def _require_alike(first: Frame, other: Frame) -> None:
         what = "channels", f"{a.shape[2]}", f"{b.shape[2]}"
     elif first.bit_depth != other.bit_depth:
         what = "bit depth", f"{first.bit_depth} bits", f"{other.bit_depth} bits"
+    elif _stops(first, other) > _MOST_STOPS:
+        what = "exposure", _settings(first), _settings(other)
     else:
         return
     msg = (
@@ -146,6 +150,17 @@ def _require_alike(first: Frame, other: Frame) -> None:
         f"{what[2]}; give frames from one camera with one setting"
     )
     raise UnfitFramesError(msg)
+
+
+def _stops(first: Frame, other: Frame) -> float:
+    """Difference of exposure in stops; 0 where a file does not tell."""
+    if first.exposure is None or other.exposure is None:
+        return 0.0
+    return abs(math.log2(first.exposure / other.exposure))
+
+
+def _settings(frame: Frame) -> str:
+    return f"{frame.exposure_time:g} s, f/{frame.f_number:g}, ISO {frame.iso:g}"
 
 
 def _size(array: npt.NDArray[np.generic]) -> str:

@@ -43,6 +43,13 @@ class Frame:
         return 8 * self.levels.itemsize
 
     @property
+    def exposure(self) -> float | None:
+        """Exposure t · ISO / N² up to a constant factor, if EXIF tells all three."""
+        if self.exposure_time is None or self.f_number is None or self.iso is None:
+            return None
+        return self.exposure_time * self.iso / self.f_number**2
+
+    @property
     def channel_names(self) -> tuple[str, ...]:
         """``("Y",)`` or ``("R", "G", "B")``."""
         return ("Y",) if self.levels.shape[2] == 1 else ("R", "G", "B")

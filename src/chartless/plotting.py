@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib import colors
+from matplotlib import colors, ticker
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -173,6 +173,7 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
         ylabel="1 − image similarity" if bounded else "image similarity",
         yscale="log",
     )
+    axes.yaxis.set_minor_locator(ticker.LogLocator(subs=(2, 5)))
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("{x:g}")
     if axes.lines:
