@@ -31,6 +31,7 @@ import numpy.typing as npt
 from numpy.polynomial.legendre import leggauss
 from scipy.special import k0e, ndtr
 
+from chartless.errors import ParameterError
 from chartless.noise import AffineNoise
 from chartless.types import Floats
 
@@ -84,7 +85,7 @@ def similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: AffineNoise) 
     ndarray of float64
         S in units of 1/irradiance; relative error below 1e-12.
     """
-    x, y = _as_floats(first, second)
+    x, y, shape = _flat(first, second)
     rho, spread = exponent(noise.variance(x), noise.variance(y))
     inverse_z = noise.slope**2 / (2.0 * rho)
     series = np.polynomial.polynomial.polyval(inverse_z, _BESSEL_SERIES)
@@ -92,7 +93,8 @@ def similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: AffineNoise) 
     if small.any():
         z = 1.0 / np.where(small, inverse_z, 1.0)
         series = np.where(small, np.sqrt(2.0 * z / np.pi) * k0e(z), series)
-    return series * np.exp(-((x - y) ** 2) / spread) / np.sqrt(4.0 * np.pi * rho)
+    value = series * np.exp(-((x - y) ** 2) / spread) / np.sqrt(4.0 * np.pi * rho)
+    return value.reshape(shape)
 
 
 def bounded_similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: AffineNoise) -> Floats:
@@ -110,7 +112,7 @@ def bounded_similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: Affin
         S in units of 1/irradiance; relative error below 1e-6 on the whole square, and
         below 1e-9 where z = 2ρ/u² > 500.
     """
-    x, y = _as_floats(first, second)
+    x, y, shape = _flat(first, second)
     rho, spread = exponent(noise.variance(x), noise.variance(y))
     inverse_z = noise.slope**2 / (2.0 * rho)
     mass = _whole_mass(inverse_z)
@@ -128,7 +130,8 @@ def bounded_similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: Affin
             white_end(x_short, y_short, rho_short, noise),
             inverse_z[short],
         )
-    return mass * np.exp(-((x - y) ** 2) / spread) / np.sqrt(4.0 * np.pi * rho)
+    value = mass * np.exp(-((x - y) ** 2) / spread) / np.sqrt(4.0 * np.pi * rho)
+    return value.reshape(shape)
 
 
 def black_end(x: Floats, y: Floats, rho: Floats, noise: AffineNoise) -> Floats:
@@ -204,7 +207,7 @@ def quadrature_similarity(
     -------
     ndarray of float64
     """
-    x, y = _as_floats(first, second)
+    x, y, shape = _flat(first, second)
     total = np.zeros_like(x)
     for t, weight in zip(*light_nodes(noise, nodes), strict=True):
         variance = noise.slope * t + noise.floor
@@ -213,7 +216,7 @@ def quadrature_similarity(
             * np.exp(-0.5 * ((x - t) ** 2 + (y - t) ** 2) / variance)
             / (2 * np.pi * variance)
         )
-    return total
+    return total.reshape(shape)
 
 
 @cache
@@ -237,11 +240,6 @@ def light_nodes(noise: AffineNoise, nodes: int) -> tuple[Floats, Floats]:
     return t, 0.5 * weights * slope
 
 
-def _as_floats(first: npt.ArrayLike, second: npt.ArrayLike) -> tuple[Floats, Floats]:
-    x, y = np.broadcast_arrays(np.asarray(first, np.float64), np.asarray(second, np.float64))
-    return np.atleast_1d(x)[...], np.atleast_1d(y)[...]
-
-
 def self_similarity(noise: AffineNoise) -> float:
     r"""Z² = ∬ S² dI₁ dI₂ over the unit square, S with light in [0, 1]; unit 1.
 
@@ -251,7 +249,21 @@ def self_similarity(noise: AffineNoise) -> float:
     The first term takes S for a Gaussian of the local noise; c = 0.6601 corrects for the
     two ends. Without c the result is 1 … 3 % too large at the noise of cameras, with it the
     relative error is below 1e-4 for z = 2v/u² > 500 and 2 % at the extreme U = 1, V = 0.05.
+
+    Raises
+    ------
+    ParameterError
+        If the noise is as large as the range of light, where the formula has no meaning.
     """
     u, v = noise.slope, noise.floor
     deviations = 2.0 / (np.sqrt(u + v) + np.sqrt(v))  # ∫ dI/σ(I)
+    if deviations <= 2 * _END_DEFICIT:
+        msg = f"noise of U = {noise.slope_8bit:g}, V = {noise.floor_8bit:g} hides all light"
+        raise ParameterError(msg)
     return float((deviations - 2 * _END_DEFICIT) / (2 * np.sqrt(2 * np.pi)))
+
+
+def _flat(first: npt.ArrayLike, second: npt.ArrayLike) -> tuple[Floats, Floats, tuple[int, ...]]:
+    """Both arrays broadcast and flat, and the shape to give the result."""
+    x, y = np.broadcast_arrays(np.asarray(first, np.float64), np.asarray(second, np.float64))
+    return x.ravel(), y.ravel(), x.shape
