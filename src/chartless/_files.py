@@ -37,8 +37,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     >>> with atomic_path("notes.txt") as temporary:  # doctest: +SKIP
     ...     temporary.write_text("all or nothing")
     """
+    require_writable(path)
     target = Path(os.path.realpath(path))
-    _refuse_unwritable(Path(path), target)
     temporary = target.parent / f".chartless-{secrets.token_hex(6)}{target.suffix}"
     try:
         yield temporary
@@ -63,6 +63,11 @@ def make_folder(path: Path) -> None:
         what = "is a file" if path.exists() else f"cannot be made ({error.strerror or error})"
         msg = f"{what}: choose another output folder"
         raise OutputError(str(path), msg) from error
+
+
+def require_writable(path: str | os.PathLike[str]) -> None:
+    """Raise `OutputError` if `path` could not be written, before work goes into its content."""
+    _refuse_unwritable(Path(path), Path(os.path.realpath(path)))
 
 
 def _refuse_unwritable(path: Path, target: Path) -> None:

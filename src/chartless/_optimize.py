@@ -41,7 +41,7 @@ def nelder_mead(
     Parameters
     ----------
     objective : callable
-        Takes a point of shape (P,); may return ``inf``.
+        Takes a point of shape (P,); may return ``inf`` or NaN, which never win.
     start : ndarray of float, shape (P,)
     steps : ndarray of float, shape (P,)
         The first simplex is `start` and `start` with each coordinate moved by its step.
@@ -49,8 +49,13 @@ def nelder_mead(
         Iterations after the first simplex.
     """
     n = start.size
+
+    def evaluate(point: Floats) -> float:
+        value = objective(point)
+        return np.inf if np.isnan(value) else value
+
     simplex = np.vstack([start, start + np.diag(steps)])
-    values = np.array([objective(point) for point in simplex])
+    values = np.array([evaluate(point) for point in simplex])
     evaluations = n + 1
 
     def rank() -> None:
@@ -63,11 +68,11 @@ def nelder_mead(
         centre = simplex[:-1].mean(axis=0)
         away = centre - simplex[-1]
         candidate = centre + away
-        value = objective(candidate)
+        value = evaluate(candidate)
         evaluations += 1
         if value < values[0]:
             further = centre + 2 * away
-            value_further = objective(further)
+            value_further = evaluate(further)
             evaluations += 1
             if value_further < value:
                 candidate, value = further, value_further
@@ -77,7 +82,7 @@ def nelder_mead(
         else:
             outside = value < values[-1]
             nearer = centre + (0.5 if outside else -0.5) * away
-            value_nearer = objective(nearer)
+            value_nearer = evaluate(nearer)
             evaluations += 1
             accepted = value_nearer <= value if outside else value_nearer < values[-1]
             candidate, value = nearer, value_nearer
@@ -85,7 +90,7 @@ def nelder_mead(
             simplex[-1], values[-1] = candidate, value
         else:
             simplex[1:] = 0.5 * (simplex[0] + simplex[1:])
-            values[1:] = [objective(point) for point in simplex[1:]]
+            values[1:] = [evaluate(point) for point in simplex[1:]]
             evaluations += n
         rank()
         history.append(float(values[0]))

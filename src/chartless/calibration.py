@@ -12,7 +12,7 @@ from chartless.response import Response
 from chartless.types import Floats32, JsonObject, Levels
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Calibration:
     """What calibrating a camera gives: one `Response` for each channel, and where from.
 
@@ -60,8 +60,11 @@ class Calibration:
         Raises
         ------
         ParameterError
-            If the channels do not correspond.
+            If these are no levels, or the channels do not correspond.
         """
+        if levels.dtype not in (np.uint8, np.uint16):
+            msg = f"levels must be uint8 or uint16, not {levels.dtype}"
+            raise ParameterError(msg)
         brightness = np.linspace(0.0, 1.0, 1 << (8 * levels.dtype.itemsize))
         curves = self._curves_for(levels)
         planes = levels.reshape(-1, len(curves))

@@ -7,6 +7,7 @@ everybody else. A file whose model is null (another method, another program) is 
 """
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -46,7 +47,7 @@ def to_json(calibration: Calibration) -> JsonObject:
     }
 
 
-def save(calibration: Calibration, path: Path) -> None:
+def save(calibration: Calibration, path: str | os.PathLike[str]) -> None:
     """Write a calibration; the file appears whole or not at all.
 
     Raises
@@ -59,7 +60,7 @@ def save(calibration: Calibration, path: Path) -> None:
         temporary.write_text(text + "\n", encoding="utf-8")
 
 
-def load(path: Path) -> Calibration:
+def load(path: str | os.PathLike[str]) -> Calibration:
     """Read a calibration.
 
     Raises
@@ -67,6 +68,7 @@ def load(path: Path) -> Calibration:
     CalibrationFileError
         If the file cannot be read, is no calibration, is damaged or of another version.
     """
+    path = Path(path)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -122,6 +124,7 @@ def _response_to_json(response: Response) -> JsonObject:
         "observed_levels": list(response.observed_levels),
         "pairs": response.n_pairs,
         "status": response.status.value,
+        "similarity": response.similarity,
         "flags": [flag.code for flag in response.flags],
         "search": _maybe(
             response.history,
@@ -139,6 +142,9 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
     n_levels = int(content["levels"])
     inverse_lut = _numbers(entry, "inverse_lut", n_levels)
     low, high = (int(level) for level in entry["observed_levels"])
+    if not 0 <= low <= high < n_levels:
+        msg = f"observed_levels {low} to {high} of {n_levels}"
+        raise ValueError(msg)
     return Response(
         name=str(entry["name"]),
         curve=_curve(content["model"], entry["parameters"], inverse_lut),
@@ -148,6 +154,7 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         n_pairs=int(entry["pairs"]),
         method=str(content["method"]),
         status=Status(entry["status"]),
+        similarity=_maybe(entry.get("similarity"), float),
         flags=tuple(Flag.from_code(code) for code in entry["flags"]),
         inverse_lut_std=_maybe(
             entry["inverse_lut_std"], lambda _: _numbers(entry, "inverse_lut_std", n_levels)
@@ -170,8 +177,7 @@ def _curve(
     if model is not None and parameters is not None:
         names = MODELS[model].parameter_names
         return ModelCurve(model, tuple(float(parameters[name]) for name in names))
-    brightness = np.linspace(0.0, 1.0, inverse_lut.size)
-    return SampledCurve(tuple(inverse_lut.tolist()), tuple(brightness.tolist()))
+    return SampledCurve.from_inverse(inverse_lut)
 
 
 def _parameters(curve: AbstractCurve) -> dict[str, float] | None:

@@ -11,15 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless.errors import ParameterError
-from chartless.types import Counts, Levels
+from chartless.types import Counts, Floats, Levels
 
 MIN_LEVELS = 16
 """Fewer levels than this hide the noise of any camera worth calibrating."""
-MAX_LEVELS = 4096
-"""A table of this many levels squared takes 128 MiB."""
+MAX_LEVELS = 1024
+"""More take gigabytes and minutes, and tell no more about the curve."""
 
 
-@dataclass(frozen=True, slots=True)
+_FEWEST_PAIRS = 100
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Cooccurrence:
     """Counts of level pairs over frames of one still scene; tables add with ``+``.
 
@@ -72,14 +75,19 @@ class Cooccurrence:
         """
         if mask is not None:
             first, second = first[mask], second[mask]
+        if first.shape != second.shape:
+            msg = f"frames of one size are compared, not of {first.shape} and {second.shape}"
+            raise ParameterError(msg)
+        if n_levels <= np.iinfo(first.dtype).max and first.size:
+            highest = max(first.max(), second.max())
+            if highest >= n_levels:
+                msg = f"level {highest} is none of 0 to {n_levels - 1}: reduce the levels first"
+                raise ParameterError(msg)
         # Two bytes side by side make a 16-bit index: a quarter of the traffic of int64.
         index_type = np.uint16 if n_levels <= 256 else np.uint32  # noqa: PLR2004 - a byte's values
         index = np.multiply(first, n_levels, dtype=index_type)
         index += second
         counts = np.bincount(index.ravel(), minlength=n_levels**2)
-        if counts.size > n_levels**2:
-            msg = f"a frame holds levels of {n_levels} and above"
-            raise ParameterError(msg)
         return cls(counts.reshape(n_levels, n_levels).astype(np.int64, copy=False))
 
     def __add__(self, other: "Cooccurrence") -> "Cooccurrence":
@@ -114,6 +122,31 @@ class Cooccurrence:
         """Lowest and highest level that occur; (0, -1) of an empty table."""
         (seen,) = np.nonzero(self.histogram)
         return (int(seen[0]), int(seen[-1])) if seen.size else (0, -1)
+
+
+def noise_level_function(counts: Counts | Floats) -> Floats:
+    """Deviation of one frame around each mean level, from the differences of pairs.
+
+    Parameters
+    ----------
+    counts : ndarray, shape (L, L)
+        Level pairs, counted or expected: both go the same way, so that clipping and
+        rounding, which make it smaller near the ends, cancel in a comparison.
+
+    Returns
+    -------
+    ndarray of float, shape (L,)
+        In levels, rounding included; NaN where there are fewer than 100 pairs.
+    """
+    n_levels = len(counts)
+    earlier, later = np.nonzero(counts)
+    weight = counts[earlier, later].astype(np.float64)
+    middle = (earlier + later + 1) // 2
+    pairs = np.bincount(middle, weight, n_levels)
+    squares = np.bincount(middle, weight * (later - earlier) ** 2.0, n_levels)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        deviation = np.sqrt(squares / pairs / 2)
+    return np.where(pairs >= _FEWEST_PAIRS, deviation, np.nan)
 
 
 def level_table(bit_depth: int, n_levels: int) -> Levels:

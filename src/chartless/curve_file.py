@@ -1,6 +1,7 @@
 """Measured response curves in text files: two columns, irradiance and brightness."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
 
 
-def read_curve(path: Path) -> SampledCurve:
+def read_curve(path: str | os.PathLike[str]) -> SampledCurve:
     """Read a response curve.
 
     Parameters
@@ -28,6 +29,7 @@ def read_curve(path: Path) -> SampledCurve:
     ParameterError
         If the file cannot be read or holds no response curve.
     """
+    path = Path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from chartless.errors import ParameterError, UnknownNameError
-from chartless.models import MODELS
+from chartless.models import MODELS, checked_brightness
 from chartless.types import Floats
 
 
@@ -24,7 +24,7 @@ class AbstractCurve(ABC):
 
     @abstractmethod
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
-        """Irradiance g(O) of a brightness in [0, 1]."""
+        """Irradiance g(O); raises ParameterError for a brightness outside [0, 1]."""
 
 
 @final
@@ -94,6 +94,23 @@ class SampledCurve(AbstractCurve):
             return
         raise ParameterError(msg)
 
+    @classmethod
+    def from_inverse(cls, inverse_lut: npt.ArrayLike) -> "SampledCurve":
+        """Curve of a look-up table of irradiance at uniform brightness, shape (L,).
+
+        Where several levels share an irradiance the highest is kept; the ends are made
+        (0, 0) and (1, 1).
+        """
+        lut = np.asarray(inverse_lut, dtype=np.float64)
+        brightness = np.linspace(0.0, 1.0, lut.size)
+        last = np.append(np.diff(lut) != 0, True)
+        x, y = lut[last], brightness[last]
+        inside = (x > 0) & (x < 1)
+        return cls(
+            (0.0, *x[inside].tolist(), 1.0),
+            (0.0, *y[inside].tolist(), 1.0),
+        )
+
     @override
     def response(self, irradiance: npt.ArrayLike) -> Floats:
         return np.asarray(np.interp(np.asarray(irradiance), self.irradiance, self.brightness))
@@ -101,8 +118,9 @@ class SampledCurve(AbstractCurve):
     @override
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
         # np.interp wants increasing abscissae; of a flat stretch the first point is kept.
+        wanted = checked_brightness(brightness)
         y, first = np.unique(self.brightness, return_index=True)
-        return np.asarray(np.interp(np.asarray(brightness), y, np.asarray(self.irradiance)[first]))
+        return np.asarray(np.interp(wanted, y, np.asarray(self.irradiance)[first]))
 
 
 @final
@@ -117,7 +135,7 @@ class SrgbCurve(AbstractCurve):
 
     @override
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
-        y = np.clip(np.asarray(brightness, dtype=np.float64), 0.0, 1.0)
+        y = checked_brightness(brightness)
         return np.where(y <= 0.04045, y / 12.92, ((y + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
 
 

@@ -29,7 +29,7 @@ _MOST_STOPS = 0.1  # rounding of EXIF stays below
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class NoiseEvidence:
     """What is kept of the frames of one still scene."""
 

@@ -9,7 +9,7 @@ from chartless.models import AbstractModel
 from chartless.types import Floats
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Fit:
     """A member of a family and how near it comes to the samples."""
 

@@ -61,6 +61,17 @@ class Flag(Enum):
             "ways a response curve and sensor noise do not describe"
         ),
     )
+    NOT_MONOTONE = (
+        "not-monotone",
+        (
+            "the curve decreases somewhere, which no camera does: choose a family that cannot, "
+            "such as ameegc2-exact"
+        ),
+    )
+    FEW_PIXELS = (
+        "few-pixels",
+        "there are few pixels for so many levels: give more or larger frames, or fewer --levels",
+    )
     SEARCH_UNFINISHED = (
         "search-unfinished",
         "the search was still improving when it stopped: raise --rounds",
@@ -78,9 +89,9 @@ class Flag(Enum):
 
     @classmethod
     def from_code(cls, code: str) -> "Flag":
-        """Flag with this name; raises ValueError for an unknown one."""
+        """Flag with this name; raises ValueError for one that this version does not know."""
         for flag in cls:
             if flag.code == code:
                 return flag
-        msg = f"unknown flag {code!r}"
+        msg = f"the flag {code!r} is unknown to this version of chartless"
         raise ValueError(msg)

@@ -11,9 +11,8 @@ to be maximised over the inverse response g and the noise, is the cosine between
 pairs that were counted and those that a model expects. Two ways to make sums of it:
 
 `image_similarity`
-    integrates g' S over the bin of each level O₂, which is the probability that the second
-    frame shows that level, and takes Z over the same bins. A true cosine, in [0, 1], aware
-    of quantisation and clipping: the default.
+    integrates g' S over the bin of each level O₂, and takes Z over the same bins. A true
+    cosine, in [0, 1], aware of quantisation and clipping: the default.
 `sampled_image_similarity`
     samples S at the centres of the levels and takes Z in closed form, as published. It
     grows without bound, as σ^(−1/2), when the noise goes to zero, and searches fall into
@@ -32,12 +31,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
-from chartless._registry import Registry
 from chartless.noise import AffineNoise
 from chartless.similarity import (
     black_end,
     bounded_similarity,
-    exponent,
+    pair_variances,
     self_similarity,
     white_end,
 )
@@ -74,7 +72,7 @@ def _conditional(counts: Counts) -> Floats:
     return shares
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BinnedPairs:
     """A co-occurrence table prepared for `image_similarity`: the bins with counts, by row.
 
@@ -94,6 +92,8 @@ class BinnedPairs:
     """Where edge e + 1 does not close a cell with counts."""
     row_starts: npt.NDArray[np.intp]
     """First e of each row, shape (L + 1,)."""
+    ceiling: float
+    """Cosine that the true model can be expected to reach: below 1, as counts are random."""
 
     @classmethod
     def from_counts(cls, counts: Counts) -> "BinnedPairs":
@@ -105,12 +105,17 @@ class BinnedPairs:
         bounds[:, 1:] |= bounds[:, :-1]
         rows, edges = np.nonzero(bounds)
         run = shares[rows, edges][:-1]
+        # A share p of n pixels has the variance p (1 − p)/n, which no model explains.
+        n = np.maximum(counts.sum(axis=1), 1.0)[rows[:-1]]
+        energy = float(run @ run)
+        random = float((run * (1.0 - run) / n).sum())
         return cls(
             rows=rows,
             edges=edges,
-            shares=run / np.maximum(np.linalg.norm(run), np.finfo(float).tiny),
+            shares=run / max(energy, 1e-300) ** 0.5,
             gaps=np.flatnonzero(run == 0),
             row_starts=np.searchsorted(rows, np.arange(n_levels + 1)),
+            ceiling=max(0.0, 1.0 - random / energy) ** 0.5 if energy > 0 else 0.0,
         )
 
 
@@ -129,6 +134,8 @@ def image_similarity(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) ->
     -------
     float
         Cosine between the counted and the expected shares over the cells with counts, 0 … 1.
+        What is expected in cells without counts costs nothing, so a table needs many more
+        pixels than cells.
 
     Notes
     -----
@@ -144,8 +151,9 @@ def image_similarity(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) ->
 
 
 def expected_shares(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> Floats:
-    """Probability ∫ S(g(O₁), I) dI of each cell's bin, 0 where there is no cell.
+    """Share ∫ S(g(O₁), I) dI of each cell's bin, 0 where there is no cell.
 
+    A whole row holds 1, less near black and white, where light beyond the end is missing.
     Shape of `pairs.shares`; arguments as for `image_similarity`.
     """
     reach = _CLIPPED_REACH * noise.std(np.array([0.0, 1.0]))
@@ -153,7 +161,7 @@ def expected_shares(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> 
     edges = np.concatenate([[-reach[0]], inverse[1::2], [1.0 + reach[1]]])
     x, y = levels[pairs.rows], edges[pairs.edges]
     variance_y = noise.variance(y)
-    rho, spread = exponent(noise.variance(x), variance_y)
+    rho, spread = pair_variances(noise.variance(x), variance_y)
     distance = y - x
     # Arrays of this size are cheap to fill and dear to allocate: many steps are in place.
     w = 2.0 / spread
@@ -190,6 +198,14 @@ def expected_table(inverse: Floats, noise: AffineNoise) -> Floats:
     table = np.zeros((n_levels, n_levels))
     table[everywhere.rows[cells], everywhere.edges[cells]] = shares[cells]
     return table
+
+
+def expected_counts(counts: Counts, inverse: Floats, noise: AffineNoise) -> Floats:
+    """Level pairs that a model expects, row by row as many as `counts`; shape (L, L)."""
+    expected = expected_table(inverse, noise)
+    totals = expected.sum(axis=1, keepdims=True)
+    expected *= counts.sum(axis=1, keepdims=True) / np.maximum(totals, 1e-12)
+    return expected
 
 
 def _normal_mass(w: Floats, width: Floats) -> Floats:
@@ -229,7 +245,7 @@ def _end_zones(pairs: BinnedPairs, levels: Floats, noise: AffineNoise) -> tuple[
     return slice(0, pairs.row_starts[first]), slice(pairs.row_starts[last], None)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SampledPairs:
     """A co-occurrence table prepared for `sampled_image_similarity`: its upper triangle.
 
@@ -296,7 +312,8 @@ class Objective(NamedTuple):
     """Prepared pairs, inverse response at `half_levels`, noise → value to maximise."""
 
 
-OBJECTIVES: Registry[Objective] = Registry("objective")
-"""The two discretisations by the names that commands know them by."""
-OBJECTIVES.register("bin", Objective(BinnedPairs.from_counts, image_similarity))
-OBJECTIVES.register("sampled", Objective(SampledPairs.from_counts, sampled_image_similarity))
+OBJECTIVES = {
+    "bin": Objective(BinnedPairs.from_counts, image_similarity),
+    "sampled": Objective(SampledPairs.from_counts, sampled_image_similarity),
+}
+"""The two discretisations, by the names that methods carry."""

@@ -3,6 +3,7 @@
 Only this module imports matplotlib, and only the commands that draw import this module.
 """
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,21 +14,19 @@ from matplotlib.figure import Figure
 
 from chartless._files import atomic_path
 from chartless.calibration import Calibration
-from chartless.cooccurrence import Cooccurrence
+from chartless.cooccurrence import Cooccurrence, noise_level_function
 from chartless.curves import AbstractCurve
 from chartless.errors import ImageError
-from chartless.objectives import expected_table, half_levels
+from chartless.objectives import expected_counts, half_levels
 from chartless.response import Response, rmse
 from chartless.types import Counts, Floats
 
 # Okabe and Ito's colours, which most colour-blind readers can tell apart.
 _COLOURS = {"R": "#d55e00", "G": "#009e73", "B": "#0072b2", "Y": "#333333"}
 _FORMATS = (".png", ".svg", ".pdf")
-_FEWEST = 100
-"""Pairs that a level must have for its noise to be drawn."""
 
 
-def save_figure(figure: Figure, path: Path) -> None:
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure as .png, .svg or .pdf; whole or not at all.
 
     Raises
@@ -37,6 +36,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     OutputError
         If the folder is missing or not writable.
     """
+    path = Path(path)
     if path.suffix.lower() not in _FORMATS:
         msg = f"figures are written as {', '.join(_FORMATS)}, not as {path.suffix!r}"
         raise ImageError(str(path), msg)
@@ -125,7 +125,7 @@ def draw_cooccurrence(axes: Axes, response: Response) -> None:
     inside = (other >= 0) & (other < n_levels)
     other = other.clip(0, n_levels - 1)
     seen = np.where(inside, counts[level, other], 0)
-    expected = np.where(inside, expected_counts(response, counts)[level, other], 0.0)
+    expected = np.where(inside, _expected(response, counts)[level, other], 0.0)
     image = axes.pcolormesh(
         level, difference, np.ma.masked_equal(seen, 0), norm=colors.LogNorm(), cmap="viridis",
         rasterized=True,
@@ -146,8 +146,9 @@ def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
             axes.plot([], [], color=colour, label=label)
             continue
         counts = response.table.symmetric
-        axes.plot(noise_levels(counts), ".", color=colour, markersize=3, alpha=0.5)
-        axes.plot(noise_levels(expected_counts(response, counts)), color=colour, label=label)
+        counts[[0, -1]] = counts[:, [0, -1]] = 0  # clipped: the model does not count them
+        axes.plot(noise_level_function(counts), ".", color=colour, markersize=3, alpha=0.5)
+        axes.plot(noise_level_function(_expected(response, counts)), color=colour, label=label)
     axes.set(
         title="Noise of one frame (dots: seen, lines: model)",
         xlabel="level",
@@ -180,38 +181,9 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
         axes.legend(frameon=False)
 
 
-def noise_levels(counts: Counts | Floats) -> Floats:
-    """Deviation of one frame around each mean level, from the differences of pairs.
-
-    Parameters
-    ----------
-    counts : ndarray, shape (L, L)
-        Level pairs, counted or expected: both go the same way, so that clipping and
-        rounding, which make it smaller near the ends, cancel in the comparison.
-
-    Returns
-    -------
-    ndarray of float, shape (L,)
-        In levels; NaN where there are too few pairs.
-    """
-    n_levels = len(counts)
-    earlier, later = np.nonzero(counts)
-    weight = counts[earlier, later].astype(np.float64)
-    middle = (earlier + later + 1) // 2
-    pairs = np.bincount(middle, weight, n_levels)
-    squares = np.bincount(middle, weight * (later - earlier) ** 2.0, n_levels)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        deviation = np.sqrt(squares / pairs / 2)
-    return np.where(pairs >= _FEWEST, deviation, np.nan)
-
-
-def expected_counts(response: Response, counts: Counts) -> Floats:
-    """Level pairs that a response expects, with the row totals of `counts`; shape (L, L)."""
+def _expected(response: Response, counts: Counts) -> Floats:
     inverse = response.curve.inverse(half_levels(response.n_levels))
-    expected = expected_table(inverse, response.noise)
-    totals = expected.sum(axis=1, keepdims=True)
-    expected *= counts.sum(axis=1, keepdims=True) / np.maximum(totals, 1e-12)
-    return expected
+    return expected_counts(counts, inverse, response.noise)
 
 
 def _reach(table: Cooccurrence) -> int:

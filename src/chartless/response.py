@@ -19,7 +19,7 @@ class Status(Enum):
     """How an estimation ended."""
 
     CONVERGED = "converged"
-    LIMIT_REACHED = "stopped at the limit of rounds"
+    LIMIT_REACHED = "limit-reached"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class SearchHistory:
     """How often the objective was evaluated."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Response:
     """A camera's response in one channel, estimated.
 
@@ -57,6 +57,9 @@ class Response:
     """Name in `chartless.calibrators.CALIBRATORS`."""
     status: Status
     flags: tuple[Flag, ...] = ()
+    similarity: float | None = None
+    """Goodness of fit, 0 … 1: image similarity as a share of what the true model would reach
+    on so many pixels; None where the method does not tell it."""
     inverse_lut_std: Floats | None = None
     """Standard deviation of `inverse_lut`, shape (L,), where the method tells one."""
     history: SearchHistory | None = None

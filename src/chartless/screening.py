@@ -29,6 +29,8 @@ GOOD_COVERAGE = 0.8
 """Share of the range below which the result is flagged."""
 MOST_CLIPPED, MANY_CLIPPED = 0.9, 0.25
 """Share of black and white pixels above which frames are refused, and flagged."""
+LEAST_PAIRS, FEW_PAIRS = 10, 100
+"""Pairs per level seen below which frames are refused, and flagged."""
 LEAST_NOISE = 0.3
 """Noise deviation in levels below which rounding hides most of it (rounding itself: 0.29)."""
 _MOVED = 0.5  # pixels
@@ -130,11 +132,16 @@ def drift_share(table: Cooccurrence) -> float:
     energy = counts @ difference**2
     if energy == 0:
         return 0.0
-    weight = np.bincount(earlier + later, weights=counts)
-    mean = np.bincount(earlier + later, weights=counts * difference) / np.maximum(weight, 1.0)
-    # A mean of n noisy differences has an energy of 1/n of theirs: that is no drift.
-    by_chance = np.count_nonzero(weight) / table.n_pairs
-    return max(0.0, float(weight @ mean**2 / energy) - by_chance)
+    level = earlier + later
+    n = np.bincount(level, weights=counts)
+    total = np.bincount(level, weights=counts * difference)
+    squares = np.bincount(level, weights=counts * difference**2)
+    # n mean² estimates n drift² + variance: take the variance off where it can be estimated.
+    several = n > 1
+    n, total, squares = n[several], total[several], squares[several]
+    explained = total**2 / n
+    by_chance = (squares - explained) / (n - 1)
+    return max(0.0, float((explained - by_chance).sum() / energy))
 
 
 def covered_levels(table: Cooccurrence) -> tuple[int, int]:
@@ -198,6 +205,7 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
     if table.n_pairs == 0:
         msg = "the mask leaves no pixels to compare"
         raise UnfitFramesError(msg)
+    per_level = table.n_pairs / np.count_nonzero(table.histogram)
     black, white = (float(table.histogram[end]) / (2 * table.n_pairs) for end in (0, top))
     if black + white > MOST_CLIPPED:
         which = "black" if black > white else "saturated"
@@ -210,6 +218,12 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
         msg = (
             f"channel {name}: the frames are identical, so there is no noise to read: give "
             "different shots of the scene, not one picture twice"
+        )
+        raise UnfitFramesError(msg)
+    if per_level < LEAST_PAIRS:
+        msg = (
+            f"channel {name}: {table.n_pairs} pairs of pixels are too few for "
+            f"{np.count_nonzero(table.histogram)} levels: give larger frames"
         )
         raise UnfitFramesError(msg)
     low, high = covered_levels(table)
@@ -232,6 +246,7 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
         (Flag.BRIGHTNESS_DRIFT, drift > SUSPICIOUS),
         (Flag.LEVELS_UNSEEN, coverage < GOOD_COVERAGE),
         (Flag.CLIPPED, black + white > MANY_CLIPPED),
+        (Flag.FEW_PIXELS, per_level < FEW_PAIRS),
         (Flag.LOW_NOISE, _noise_in_levels(table) < LEAST_NOISE),
     )
     return [flag for flag, holds in doubts if holds]

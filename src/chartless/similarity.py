@@ -50,7 +50,7 @@ _BESSEL_NODES = 48
 _END_DEFICIT = 0.660130006162497
 
 
-class Exponent(NamedTuple):
+class Variances(NamedTuple):
     """The pieces that every form of the similarity shares, each of the broadcast shape."""
 
     rho: Floats
@@ -59,7 +59,7 @@ class Exponent(NamedTuple):
     """2ρ + B₁ + B₂; S falls off as exp(−(I₁ − I₂)²/spread)."""
 
 
-def exponent(variance_1: Floats, variance_2: Floats) -> Exponent:
+def pair_variances(variance_1: Floats, variance_2: Floats) -> Variances:
     """Pieces of the similarity of two irradiances whose noise has these variances."""
     rho = variance_1 * variance_1
     rho += variance_2 * variance_2
@@ -68,7 +68,7 @@ def exponent(variance_1: Floats, variance_2: Floats) -> Exponent:
     spread = 2.0 * rho
     spread += variance_1
     spread += variance_2
-    return Exponent(rho, spread)
+    return Variances(rho, spread)
 
 
 def similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: AffineNoise) -> Floats:
@@ -77,7 +77,8 @@ def similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: AffineNoise) 
     Parameters
     ----------
     first, second : array_like of float
-        Irradiances I₁ and I₂, broadcast against each other.
+        Irradiances I₁ and I₂ above −v/u, where the noise has a variance; broadcast against
+        each other.
     noise : AffineNoise
 
     Returns
@@ -86,7 +87,7 @@ def similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: AffineNoise) 
         S in units of 1/irradiance; relative error below 1e-12.
     """
     x, y, shape = _flat(first, second)
-    rho, spread = exponent(noise.variance(x), noise.variance(y))
+    rho, spread = pair_variances(noise.variance(x), noise.variance(y))
     inverse_z = noise.slope**2 / (2.0 * rho)
     series = np.polynomial.polynomial.polyval(inverse_z, _BESSEL_SERIES)
     small = inverse_z * _SERIES_Z > 1
@@ -113,7 +114,7 @@ def bounded_similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: Affin
         below 1e-9 where z = 2ρ/u² > 500.
     """
     x, y, shape = _flat(first, second)
-    rho, spread = exponent(noise.variance(x), noise.variance(y))
+    rho, spread = pair_variances(noise.variance(x), noise.variance(y))
     inverse_z = noise.slope**2 / (2.0 * rho)
     mass = _whole_mass(inverse_z)
     # A pair further than this from an end does not see it: black_end(x, x) is −x √(2/v).
@@ -248,7 +249,8 @@ def self_similarity(noise: AffineNoise) -> float:
 
     The first term takes S for a Gaussian of the local noise; c = 0.6601 corrects for the
     two ends. Without c the result is 1 … 3 % too large at the noise of cameras, with it the
-    relative error is below 1e-4 for z = 2v/u² > 500 and 2 % at the extreme U = 1, V = 0.05.
+    relative error is below 1e-4 for z = 2v/u² > 500 and noise below a tenth of the range,
+    and 2 % at the extreme U = 1, V = 0.05.
 
     Raises
     ------

@@ -25,7 +25,7 @@ def simulate_frames(
     bit_depth: int = 8,
     seed: int | np.random.Generator = 0,
 ) -> Iterator[Levels]:
-    """Yield noisy frames of one still scene.
+    """Take noisy frames of one still scene, one after the other.
 
     Parameters
     ----------
@@ -40,9 +40,9 @@ def simulate_frames(
     seed : int or numpy.random.Generator
         Equal seeds give equal frames.
 
-    Yields
-    ------
-    ndarray of uint8 or uint16, shape of `scene`
+    Returns
+    -------
+    iterator of ndarray of uint8 or uint16, shape of `scene`
 
     Raises
     ------
@@ -62,7 +62,10 @@ def simulate_frames(
     brightness = curve.response(root**2)
     top = (1 << bit_depth) - 1
     dtype = np.uint8 if bit_depth == 8 else np.uint16  # noqa: PLR2004
-    for _ in range(n_frames):
+
+    def take(_: int) -> Levels:
         measured = scene + deviation * rng.standard_normal(scene.shape)
         seen = np.interp(np.sqrt(measured.clip(0.0, 1.0)), root, brightness)
-        yield np.rint(top * seen).astype(dtype)
+        return np.rint(top * seen).astype(dtype)
+
+    return map(take, range(n_frames))

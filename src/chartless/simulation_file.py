@@ -8,6 +8,7 @@ import numpy as np
 
 from chartless._files import atomic_path, make_folder
 from chartless.curves import AbstractCurve
+from chartless.errors import OutputError
 from chartless.images import DataType, write_image
 from chartless.noise import AffineNoise
 from chartless.response import RESPONSE_SAMPLES
@@ -46,16 +47,23 @@ def write_simulation(
     -------
     list of Path
         The frames, then the truth.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be made or written, or holds further frames.
     """
+    frames = simulate_frames(scene, curve, noise, n_frames=n_frames, bit_depth=bit_depth, seed=seed)
     make_folder(folder)
+    paths = [folder / f"frame_{number}.png" for number in range(1, n_frames + 1)]
+    others = sorted(set(folder.glob("frame_*.png")) - set(paths))
+    if others:
+        msg = f"holds {others[0].name} of another simulation: choose a new folder or delete it"
+        raise OutputError(str(folder), msg)
     data_type: DataType = "uint8" if bit_depth == 8 else "uint16"  # noqa: PLR2004
     top = (1 << bit_depth) - 1
-    written = []
-    frames = simulate_frames(scene, curve, noise, n_frames=n_frames, bit_depth=bit_depth, seed=seed)
-    for number, levels in enumerate(frames, start=1):
-        path = folder / f"frame_{number}.png"
+    for number, (path, levels) in enumerate(zip(paths, frames, strict=True), start=1):
         write_image(path, levels / top, data_type=data_type, linear=False)
-        written.append(path)
         if on_frame is not None:
             on_frame(number)
     truth = folder / "truth.json"
@@ -74,4 +82,4 @@ def write_simulation(
     }
     with atomic_path(truth) as temporary:
         temporary.write_text(json.dumps(content) + "\n", encoding="utf-8")
-    return [*written, truth]
+    return [*paths, truth]

@@ -13,11 +13,11 @@ from importlib import resources
 
 import numpy as np
 
-from chartless.errors import UnknownNameError
+from chartless.models import AbstractModel
 from chartless.types import Floats, JsonObject
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Whitening:
     """Affine map between raw and whitened parameters of a family of P parameters."""
 
@@ -43,16 +43,9 @@ def _file() -> JsonObject:
     return loaded
 
 
-def whitening(model: str) -> Whitening:
-    """Whitening of a family by its name in `MODELS`.
-
-    Raises
-    ------
-    UnknownNameError
-        If no numbers were fitted for it.
-    """
-    families = _file()["families"]
-    if model not in families:
-        kind = "model for a search"
-        raise UnknownNameError(kind, model, families)
-    return Whitening(np.array(families[model]["mean"]), np.array(families[model]["matrix"]))
+def whitening(model: AbstractModel) -> Whitening:
+    """Whitening of a family; of one without fitted numbers the raw parameters themselves."""
+    fitted = _file()["families"].get(model.name)
+    if fitted is None:
+        return Whitening(model.identity, np.eye(model.n_parameters))
+    return Whitening(np.array(fitted["mean"]), np.array(fitted["matrix"]))

@@ -3,7 +3,6 @@
 import hashlib
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,12 @@ import numpy.typing as npt
 
 from chartless._version import __version__
 from chartless.calibration import Calibration
-from chartless.calibrators import CALIBRATORS
-from chartless.errors import ParameterError, UnfitFramesError
+from chartless.calibrators import CALIBRATORS, AbstractCalibrator
+from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
 from chartless.evidence import noise_evidence
 from chartless.frame import Frame
 from chartless.models import MODELS
+from chartless.response import Response
 from chartless.screening import screen
 from chartless.types import JsonObject, Levels
 
@@ -83,13 +83,7 @@ def calibrate(
     >>> abs(calibration.channel("Y").curve.response(0.18) - 0.46) < 0.05
     np.True_
     """
-    if model not in MODELS or method not in CALIBRATORS:
-        MODELS[model], CALIBRATORS[method]  # raises with a suggestion
-    try:
-        calibrator = CALIBRATORS[method](model=MODELS[model], **settings)
-    except TypeError as error:
-        msg = f"method {method!r}: {str(error).partition('() ')[2]}"
-        raise ParameterError(msg) from error
+    calibrator = _calibrator(method, model, settings)
     inputs: list[JsonObject] = []
     remarks: list[str] = []
 
@@ -106,20 +100,20 @@ def calibrate(
         on_frame=on_frame,
     )
     doubts = screen(evidence.tables, evidence.checks)
-    shares = dict.fromkeys(evidence.tables, 0.0)
+    n_channels = len(evidence.tables)
 
-    def estimate(name: str) -> Any:  # noqa: ANN401 - a Response, mapped below
+    def estimate(place: int, name: str) -> Response:
         def channel_progress(share: float) -> None:
-            shares[name] = share
             if progress is not None:
-                progress("estimating", sum(shares.values()) / len(shares))
+                progress("estimating", (place + share) / n_channels)
 
-        found = calibrator.calibrate(evidence.tables[name], channel=name, progress=channel_progress)
+        table = evidence.tables[name]
+        found = calibrator.calibrate(table, channel=name, progress=channel_progress)
         return found.with_flags(*doubts[name])
 
-    # NumPy lets go of the interpreter during array work, so threads share the channels.
-    with ThreadPoolExecutor(max_workers=min(len(shares), os.cpu_count() or 1)) as pool:
-        responses = tuple(pool.map(estimate, shares))
+    # One after the other: NumPy's steps on tables are so short that threads get in each
+    # other's way, and the whole takes longer.
+    responses = tuple(estimate(place, name) for place, name in enumerate(evidence.tables))
     return Calibration(
         channels=responses,
         bit_depth=evidence.bit_depth,
@@ -138,6 +132,16 @@ def calibrate(
             "remarks": remarks,
         },
     )
+
+
+def _calibrator(method: str, model: str, settings: JsonObject) -> AbstractCalibrator:
+    make, family = CALIBRATORS[method], MODELS[model]
+    known = make(model=family).settings
+    for name in settings:
+        if name not in known:
+            kind = f"setting of {method}"
+            raise UnknownNameError(kind, name, known)
+    return make(model=family, **settings)
 
 
 def _is_array(item: object) -> bool:
@@ -191,6 +195,9 @@ def _read_mask(
     if mask is None:
         return None
     if isinstance(mask, np.ndarray):
+        if mask.ndim != 2:  # noqa: PLR2004 - (M, N)
+            msg = f"a mask has the shape (M, N) of the frames, not {mask.shape}"
+            raise ParameterError(msg)
         return mask.astype(bool)
     from chartless.images import read_frame
 

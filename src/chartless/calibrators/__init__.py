@@ -5,7 +5,7 @@ with levels integrated over their bins, is the default; ``ism-sampled`` is the s
 published, for comparison.
 """
 
-from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, Progress
+from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
 from chartless.calibrators.similarity_search import SimilaritySearch
 
-__all__ = ["CALIBRATORS", "AbstractCalibrator", "Progress", "SimilaritySearch"]
+__all__ = ["CALIBRATORS", "AbstractCalibrator", "ChannelProgress", "SimilaritySearch"]

@@ -9,7 +9,7 @@ from chartless.cooccurrence import Cooccurrence
 from chartless.response import Response
 from chartless.types import JsonObject
 
-Progress = Callable[[float], None]
+ChannelProgress = Callable[[float], None]
 """Called now and then with the share of the work done, 0 … 1."""
 
 
@@ -19,17 +19,17 @@ class AbstractCalibrator(ABC):
 
     @property
     def settings(self) -> JsonObject:
-        """Every setting but the model, as JSON types: what makes a result reproducible."""
+        """Settings a user may choose, as JSON types: what makes a result reproducible."""
         named = {each.name: getattr(self, each.name) for each in fields(self)}
         return {
             name: list(value) if isinstance(value, tuple) else value
             for name, value in named.items()
-            if name != "model"
+            if name not in ("model", "objective")
         }
 
     @abstractmethod
     def calibrate(
-        self, table: Cooccurrence, *, channel: str = "Y", progress: Progress | None = None
+        self, table: Cooccurrence, *, channel: str = "Y", progress: ChannelProgress | None = None
     ) -> Response:
         """Estimate the response of one channel.
 
@@ -45,7 +45,7 @@ class AbstractCalibrator(ABC):
         Returns
         -------
         Response
-            Never raises for doubtful evidence: flags say what is doubtful.
+            With flags for what is doubtful. Screening has refused hopeless evidence before.
         """
 
 

@@ -1,8 +1,11 @@
 """The program: commands, and the one place where errors become a line and an exit status."""
 
+import contextlib
+import io
 import json
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -59,28 +62,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Set CHARTLESS_DEBUG to see the traceback of an error.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # names of files may not fit the terminal
+            stream.reconfigure(errors="backslashreplace")
     try:
-        status = app(given or ["--help"], standalone_mode=False)
+        status = int(app(given or ["--help"], standalone_mode=False) or 0)
+        sys.stdout.flush()
     except TyperException as error:
         return _fail(f"{error.format_message()} (see chartless --help)", given, BAD_INPUT)
     except ChartlessError as error:
         return _fail(str(error), given, BAD_INPUT)
     except (KeyboardInterrupt, Abort):
-        return _fail("interrupted", given, INTERRUPTED)
-    except BrokenPipeError:  # the reader of our output has gone, as `head` does
-        sys.stdout = None  # nothing is left to flush to
+        status = INTERRUPTED
+    except (BrokenPipeError, SystemExit):
+        # Typer exits when the reader of our output has gone, as `head` does.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        return _fail(f"{error.strerror or error}: {error.filename or 'output'}", given, BAD_INPUT)
     except Exception as error:  # noqa: BLE001 - no traceback reaches a user
         text = f"internal error: {type(error).__name__}: {error}; please report it"
         return _fail(text, given, INTERNAL)
-    return int(status or 0)
+    return _fail("interrupted", given, INTERRUPTED) if status == INTERRUPTED else status
 
 
 def _fail(message: str, given: list[str], status: int) -> int:
-    if os.environ.get("CHARTLESS_DEBUG") and sys.exc_info()[0] is not None:
-        sys.excepthook(*sys.exc_info())
+    if os.environ.get("CHARTLESS_DEBUG"):
+        traceback.print_exc()
     line = " ".join(message.split())
-    print(f"chartless: error: {line}", file=sys.stderr)
-    if "--json" in given:
-        print(json.dumps({"error": line}, ensure_ascii=False))
+    with contextlib.suppress(OSError):  # of a full disk or a closed pipe
+        print(f"chartless: error: {line}", file=sys.stderr)
+        if "--json" in given:
+            print(json.dumps({"error": line}), flush=True)
     return status

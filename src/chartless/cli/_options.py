@@ -7,25 +7,24 @@ import typer
 
 from chartless.curves import AbstractCurve, named_curve
 from chartless.errors import ParameterError
-from chartless.noise import AffineNoise
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines.")]
 
 
-def parse_noise(text: str) -> AffineNoise:
-    """Noise from ``U,V`` in 8-bit units."""
+def parse_pair(text: str) -> tuple[float, float]:
+    """Noise U, V from the text ``U,V``."""
     try:
         slope, floor = (float(part) for part in text.split(","))
     except ValueError:
         msg = f"noise must be two numbers U,V such as 0.03,16, not {text!r}"
         raise ParameterError(msg) from None
-    return AffineNoise.from_8bit(slope, floor)
+    return slope, floor
 
 
 def parse_curve(text: str) -> AbstractCurve:
     """Curve from a file of samples, a truth.json of ``simulate``, or a name such as ``srgb``."""
     path = Path(text)
-    if path.suffix.lower() in (".csv", ".txt", ".json"):
+    if path.suffix.lower() in (".csv", ".txt", ".json") or path.is_file():
         from chartless.curve_file import read_curve
 
         return read_curve(path)

@@ -38,7 +38,7 @@ def remark(text: str) -> None:
 
 def print_json(content: JsonObject) -> None:
     """Print one JSON object on standard output."""
-    print(json.dumps(content, ensure_ascii=False, allow_nan=False))
+    print(json.dumps(content, allow_nan=False))
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -65,14 +65,13 @@ def print_summary(calibration: Calibration, errors: Sequence[float] | None = Non
     rows = []
     for response in calibration.channels:
         low, high = response.observed_levels
-        history = response.history
         rows.append(
             [
                 response.name,
                 f"{response.noise.slope_8bit:.4f}",
                 f"{response.noise.floor_8bit:.2f}",
                 f"{low} to {high}",
-                f"{history.values[-1]:.4f}" if history else "-",
+                "-" if response.similarity is None else f"{response.similarity:.3f}",
                 response.status.value if not response.flags else "doubtful",
             ]
         )

@@ -1,12 +1,16 @@
 """``chartless calibrate``: frames of a still scene → calibration."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from chartless.cli._options import AsJson, parse_noise
+from chartless.cli._options import AsJson, parse_pair
 from chartless.cli._terminal import FLAGGED, print_json, print_summary, progress_bar, remark
+
+
+def _search(text: str) -> Any:  # noqa: ANN401 - what Typer returns
+    return typer.Option(help=text, show_default=False)
 
 
 def calibrate(
@@ -19,11 +23,16 @@ def calibrate(
         typer.Option(
             "--output",
             "-o",
-            help="Calibration to write [default: camera.json].",
+            help="Calibration to write [camera.json; with --json none].",
             show_default=False,
         ),
     ] = None,
-    model: Annotated[str, typer.Option(help="Family of response curves.")] = "ameegc2-exact",
+    model: Annotated[
+        str,
+        typer.Option(
+            help="Family of response curves: gamma, ameegc0 … 2, ameegc2-exact, eegc0 … 6."
+        ),
+    ] = "ameegc2-exact",
     method: Annotated[
         str, typer.Option(help="Method of estimation: ism-bin or ism-sampled.")
     ] = "ism-bin",
@@ -32,18 +41,25 @@ def calibrate(
     mask: Annotated[
         Path | None, typer.Option(help="Picture that is black where pixels are to be left out.")
     ] = None,
-    rounds: Annotated[int, typer.Option(help="Rounds of the search.")] = 15,
+    rounds: Annotated[int | None, _search("Rounds of the search, at most [15].")] = None,
     iterations: Annotated[
-        int, typer.Option(help="Iterations per round, for noise and curve each.")
-    ] = 10,
-    start: Annotated[str, typer.Option(help="Noise U,V to start from, in 8-bit units.")] = "0.06,1",
+        int | None, _search("Iterations in a round, for noise and curve each [10].")
+    ] = None,
+    start: Annotated[
+        str | None, _search("Noise U,V to start from, in 8-bit units [0.06,1].")
+    ] = None,
     curve_step: Annotated[
-        float, typer.Option(help="First step of the curve; 1 is the spread of real cameras.")
-    ] = 0.5,
+        float | None, _search("First step of the curve; 1 is the spread of real cameras [0.5].")
+    ] = None,
     noise_step: Annotated[
-        float, typer.Option(help="First step of the noise, in ln u and ln v.")
-    ] = 0.5,
-    shrink: Annotated[float, typer.Option(help="Factor on the steps from round to round.")] = 0.9,
+        float | None, _search("First step of the noise, in ln u and ln v [0.5].")
+    ] = None,
+    shrink: Annotated[
+        float | None, _search("Factor on the steps from round to round [0.9].")
+    ] = None,
+    tolerance: Annotated[
+        float | None, _search("Gain below which the search has converged [1e-5].")
+    ] = None,
     seed: Annotated[  # noqa: ARG001 - part of the command's contract
         int, typer.Option(help="Seed for methods that draw random numbers; these do not.")
     ] = 0,
@@ -62,10 +78,22 @@ def calibrate(
         chartless calibrate a.jpg b.jpg -o camera.json
         chartless calibrate burst/*.png --channels luma --json
     """
+    from chartless._files import require_writable
     from chartless.calibration_file import save, to_json
     from chartless.workflow import calibrate as calibrate_camera
 
-    noise = parse_noise(start)
+    given = {
+        "rounds": rounds,
+        "iterations": iterations,
+        "start": None if start is None else parse_pair(start),
+        "curve_step": curve_step,
+        "noise_step": noise_step,
+        "shrink": shrink,
+        "tolerance": tolerance,
+    }
+    target = output or (None if as_json else Path("camera.json"))
+    if target is not None:
+        require_writable(target)
     with progress_bar() as progress:
         calibration = calibrate_camera(
             frames,
@@ -75,14 +103,8 @@ def calibrate(
             n_levels=levels,
             mask=mask,
             progress=progress,
-            rounds=rounds,
-            iterations=iterations,
-            start=(noise.slope_8bit, noise.floor_8bit),
-            curve_step=curve_step,
-            noise_step=noise_step,
-            shrink=shrink,
+            **{name: value for name, value in given.items() if value is not None},
         )
-    target = output or (None if as_json else Path("camera.json"))
     if target is not None:
         save(calibration, target)
     for text in calibration.provenance["remarks"]:

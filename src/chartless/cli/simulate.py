@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from chartless.cli._options import parse_curve, parse_noise
+from chartless.cli._options import parse_curve, parse_pair
 from chartless.cli._terminal import progress_bar
 
 
@@ -45,9 +45,14 @@ def simulate(
         chartless show sim/camera.json --truth sim/truth.json
     """
     from chartless.images import read_values
+    from chartless.noise import AffineNoise
     from chartless.simulation_file import write_simulation
 
-    curve, taken_with, sensor_noise = parse_curve(response), parse_curve(undo), parse_noise(noise)
+    curve, taken_with, sensor_noise = (
+        parse_curve(response),
+        parse_curve(undo),
+        AffineNoise.from_8bit(*parse_pair(noise)),
+    )
     picture = read_values(scene)
     light = picture.values if undo == "linear" else taken_with.inverse(picture.values.clip(0, 1))
     with progress_bar() as progress:

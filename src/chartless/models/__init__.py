@@ -9,7 +9,7 @@ A new family is one file beside these, ending in a call of ``register_model``, a
 import line here.
 """
 
-from chartless.models._base import MODELS, AbstractModel, register_model
+from chartless.models._base import MODELS, AbstractModel, checked_brightness, register_model
 from chartless.models._exponent import ExponentModel
 from chartless.models.ameegc import Ameegc
 from chartless.models.ameegc_exact import AmeegcExact
@@ -24,5 +24,6 @@ __all__ = [
     "Eegc",
     "ExponentModel",
     "Gamma",
+    "checked_brightness",
     "register_model",
 ]

@@ -12,6 +12,15 @@ from chartless.errors import ParameterError
 from chartless.types import Floats
 
 
+def checked_brightness(brightness: npt.ArrayLike) -> Floats:
+    """Brightness as float64; raises ParameterError unless all of it lies in [0, 1]."""
+    values = np.asarray(brightness, dtype=np.float64)
+    if not np.all((values >= 0) & (values <= 1)):
+        msg = "brightness must lie in [0, 1]"
+        raise ParameterError(msg)
+    return values
+
+
 @dataclass(frozen=True, slots=True)
 class AbstractModel(ABC):
     """A family of response curves f: irradiance in [0, 1] → brightness in [0, 1].
@@ -28,9 +37,6 @@ class AbstractModel(ABC):
     """Name without the order, such as ``"eegc"``."""
     formula: ClassVar[str]
     """f(I) in plain characters, for tables."""
-    always_monotone: ClassVar[bool]
-    """True when no parameters whatever make the curve decrease."""
-
     order: int
     """An order-N family has N + 1 free parameters."""
 
@@ -43,6 +49,11 @@ class AbstractModel(ABC):
     def n_parameters(self) -> int:
         """Number of free parameters."""
         return len(self.parameter_names)
+
+    @property
+    @abstractmethod
+    def always_monotone(self) -> bool:
+        """True when no parameters whatever make the curve decrease."""
 
     @property
     @abstractmethod
@@ -89,6 +100,8 @@ class AbstractModel(ABC):
     def inverse(self, brightness: npt.ArrayLike, parameters: npt.ArrayLike) -> Floats:
         """Irradiance g(O) with f(g(O)) = O to 1e-12 in brightness.
 
+        Where the slope of f exceeds 10⁴, the spacing of float64 near I = 1 limits that.
+
         Parameters
         ----------
         brightness : array_like of float, shape (...), 0 … 1
@@ -106,10 +119,7 @@ class AbstractModel(ABC):
         ParameterError
             As for `response`, and if a brightness lies outside [0, 1].
         """
-        y = np.asarray(brightness, dtype=np.float64)
-        if not np.all((y >= 0) & (y <= 1)):
-            msg = "brightness must lie in [0, 1]"
-            raise ParameterError(msg)
+        y = checked_brightness(brightness)
         return self._inverse(y.ravel(), self._checked(parameters)).reshape(y.shape)
 
     def derivative(self, irradiance: npt.ArrayLike, parameters: npt.ArrayLike) -> Floats:

@@ -17,6 +17,7 @@ from chartless.types import Floats
 
 # Beyond these x, exp(-exp(x)) is 1 or 0 in float64.
 _GUMBEL_LOW, _GUMBEL_HIGH = -38.0, 6.62
+_MOST_PSI = 600.0  # exp of it squared is still finite in products with f
 _GUMBEL_TABLE = np.linspace(_GUMBEL_LOW, _GUMBEL_HIGH, 512)
 # |d brightness| <= |dF| / e, so this is 1e-12 in brightness with a factor to spare.
 _GUMBEL_TOLERANCE = 5e-13
@@ -70,12 +71,12 @@ class ExponentModel(AbstractModel):
         alpha = self.coefficients(parameters)
         psi, psi_slope = _polynomial(x, alpha)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            exponent = np.exp(psi)
+            exponent = np.exp(psi.clip(-_MOST_PSI, _MOST_PSI))
             # f/I = I^(exponent − 1) stays finite where f and I both vanish.
             ratio = np.exp((exponent - 1.0) * np.log(x))
             slope = ratio * exponent * (1.0 + psi_slope * x * np.log(x))
         at_zero = np.inf if alpha[0] < 0 else 0.0 if alpha[0] > 0 else 1.0
-        return _ends(x, slope, at_zero, float(np.exp(np.minimum(alpha.sum(), 700.0))))
+        return _ends(x, slope, at_zero, float(np.exp(np.clip(alpha.sum(), -_MOST_PSI, _MOST_PSI))))
 
     @override
     def _gradient(self, x: Floats, parameters: Floats) -> Floats:
@@ -89,8 +90,9 @@ class ExponentModel(AbstractModel):
 
 def _log_response(x: Floats, alpha: Floats) -> Floats:
     """Return ln f = exp(ψ) ln I; what it says at the ends is not to be used."""
+    psi, _ = _polynomial(x, alpha)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        log_response: Floats = np.exp(_polynomial(x, alpha)[0]) * np.log(x)
+        log_response: Floats = np.exp(psi.clip(-_MOST_PSI, _MOST_PSI)) * np.log(x)
     return log_response
 
 

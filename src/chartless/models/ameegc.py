@@ -34,13 +34,17 @@ class Ameegc(ExponentModel):
 
     family: ClassVar[str] = "ameegc"
     formula: ClassVar[str] = "I^exp(a + (e - b^2) I + (b^2 - c^2/2) I^2)"
-    always_monotone: ClassVar[bool] = False  # of the family as a whole; orders 0 and 1 are
     order: int = 2
 
     def __post_init__(self) -> None:
         if self.order not in (0, 1, 2):
             msg = f"AMEEGC has the orders 0, 1 and 2, not {self.order}"
             raise ParameterError(msg)
+
+    @property
+    @override
+    def always_monotone(self) -> bool:
+        return self.order <= 1
 
     @property
     @override

@@ -37,13 +37,17 @@ class AmeegcExact(ExponentModel):
 
     family: ClassVar[str] = "ameegc-exact"
     formula: ClassVar[str] = "I^exp(a + (h(t) - t h'(t) - s^2) I + h'(t)/2 I^2)"
-    always_monotone: ClassVar[bool] = True
     order: int = 2
 
     @property
     @override
     def name(self) -> str:
         return "ameegc2-exact"
+
+    @property
+    @override
+    def always_monotone(self) -> bool:
+        return True
 
     @property
     @override
@@ -54,6 +58,13 @@ class AmeegcExact(ExponentModel):
     @override
     def identity(self) -> Floats:
         return np.array([0.0, np.sqrt(np.e), -np.log(np.e - 1)])  # t = 1/e
+
+    @property
+    @override
+    def bounds(self) -> tuple[Floats, Floats]:
+        # Beyond |c| = 100 the tangent touches at 0 or 1 to the last bit of float64.
+        greatest = np.array([np.inf, np.inf, 100.0])
+        return -greatest, greatest
 
     @override
     def coefficients(self, parameters: Floats) -> Floats:

@@ -27,8 +27,12 @@ class Eegc(ExponentModel):
 
     family: ClassVar[str] = "eegc"
     formula: ClassVar[str] = "I^exp(a0 + a1 I + ... + aN I^N)"
-    always_monotone: ClassVar[bool] = False
     order: int = 2
+
+    @property
+    @override
+    def always_monotone(self) -> bool:
+        return self.order == 0
 
     @property
     @override

@@ -24,13 +24,17 @@ class Gamma(ExponentModel):
 
     family: ClassVar[str] = "gamma"
     formula: ClassVar[str] = "I^g"
-    always_monotone: ClassVar[bool] = True
     order: int = 0
 
     @property
     @override
     def name(self) -> str:
         return self.family
+
+    @property
+    @override
+    def always_monotone(self) -> bool:
+        return True
 
     @property
     @override
