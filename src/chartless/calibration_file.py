@@ -16,7 +16,7 @@ import numpy as np
 
 from chartless._files import atomic_path
 from chartless.calibration import Calibration
-from chartless.cooccurrence import Cooccurrence
+from chartless.cooccurrence import MIN_LEVELS, Cooccurrence
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.flags import Flag
@@ -26,6 +26,8 @@ from chartless.response import Response, SearchHistory, Status
 from chartless.types import Floats, JsonObject
 
 FORMAT, VERSION = "chartless-calibration", 1
+MOST_LEVELS = 1 << 16
+"""Levels of the deepest pictures; other programs may write as many."""
 # A table with more cells than this is left out of the file: it would take megabytes.
 _MOST_CELLS = 200_000
 
@@ -74,7 +76,7 @@ def load(path: str | os.PathLike[str]) -> Calibration:
     except OSError as error:
         msg = f"{path}: cannot be read: {error.strerror or error}"
         raise CalibrationFileError(msg) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         msg = f"{path}: not a calibration file: not JSON; give a file that calibrate -o wrote"
         raise CalibrationFileError(msg) from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
@@ -88,7 +90,7 @@ def load(path: str | os.PathLike[str]) -> Calibration:
         raise CalibrationFileError(msg)
     try:
         return _calibration(content)
-    except (KeyError, TypeError, ValueError, LookupError, ChartlessError) as error:
+    except (TypeError, ValueError, LookupError, ArithmeticError, ChartlessError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
         msg = f"{path}: damaged calibration file: {what}; calibrate again"
         raise CalibrationFileError(msg) from error
@@ -140,6 +142,9 @@ def _response_to_json(response: Response) -> JsonObject:
 
 def _response(content: JsonObject, entry: JsonObject) -> Response:
     n_levels = int(content["levels"])
+    if not MIN_LEVELS <= n_levels <= MOST_LEVELS:
+        msg = f"levels should lie between {MIN_LEVELS} and {MOST_LEVELS}, not {n_levels}"
+        raise ValueError(msg)
     inverse_lut = _numbers(entry, "inverse_lut", n_levels)
     low, high = (int(level) for level in entry["observed_levels"])
     if not 0 <= low <= high < n_levels:
@@ -159,14 +164,7 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         inverse_lut_std=_maybe(
             entry["inverse_lut_std"], lambda _: _numbers(entry, "inverse_lut_std", n_levels)
         ),
-        history=_maybe(
-            entry.get("search"),
-            lambda search: SearchHistory(
-                str(search["objective"]),
-                tuple(float(value) for value in search["values"]),
-                int(search["evaluations"]),
-            ),
-        ),
+        history=_maybe(entry.get("search"), _history),
         table=_maybe(entry.get("cooccurrence"), lambda table: _table(table, n_levels)),
     )
 
@@ -209,10 +207,22 @@ def _table_to_json(table: Cooccurrence) -> JsonObject | None:
 
 
 def _table(entry: JsonObject, n_levels: int) -> Cooccurrence:
-    table = Cooccurrence.zeros(n_levels)
-    for row, first, counts in zip(table.counts, entry["first"], entry["counts"], strict=True):
-        row[first : first + len(counts)] = counts
-    return table
+    table = np.zeros((n_levels, n_levels), dtype=np.int64)
+    for row, first, counts in zip(table, entry["first"], entry["counts"], strict=True):
+        values = np.asarray(counts, dtype=np.int64)
+        if not 0 <= first <= first + values.size <= n_levels or np.any(values < 0):
+            msg = "its co-occurrence table holds counts that cannot be"
+            raise ValueError(msg)
+        row[first : first + values.size] = values
+    return Cooccurrence(table)
+
+
+def _history(entry: JsonObject) -> SearchHistory:
+    values = tuple(float(value) for value in entry["values"])
+    if not values or not np.isfinite(values).all():
+        msg = "the values of its search should be numbers"
+        raise ValueError(msg)
+    return SearchHistory(str(entry["objective"]), values, int(entry["evaluations"]))
 
 
 def _maybe(value: Any, convert: Callable[[Any], T]) -> T | None:  # noqa: ANN401 - JSON

@@ -38,7 +38,7 @@ def read_curve(path: str | os.PathLike[str]) -> SampledCurve:
     try:
         samples = _from_json(text) if path.suffix.lower() == ".json" else _from_text(text)
         return SampledCurve(tuple(samples[:, 0].tolist()), tuple(samples[:, 1].tolist()))
-    except ValueError as error:
+    except (TypeError, ValueError, RecursionError) as error:
         msg = f"{path}: {error}"
         raise ParameterError(msg) from error
 

@@ -102,6 +102,9 @@ class SampledCurve(AbstractCurve):
         (0, 0) and (1, 1).
         """
         lut = np.asarray(inverse_lut, dtype=np.float64)
+        if np.any(np.diff(lut) < 0) or lut[0] < 0 or lut[-1] > 1:
+            msg = "an inverse response must not decrease and lie in [0, 1]"
+            raise ParameterError(msg)
         brightness = np.linspace(0.0, 1.0, lut.size)
         last = np.append(np.diff(lut) != 0, True)
         x, y = lut[last], brightness[last]
@@ -119,8 +122,9 @@ class SampledCurve(AbstractCurve):
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
         # np.interp wants increasing abscissae; of a flat stretch the first point is kept.
         wanted = checked_brightness(brightness)
-        y, first = np.unique(self.brightness, return_index=True)
-        return np.asarray(np.interp(wanted, y, np.asarray(self.irradiance)[first]))
+        x, y = np.asarray(self.irradiance), np.asarray(self.brightness)
+        first = np.searchsorted(y, wanted)  # of a flat stretch the first point
+        return np.asarray(np.where(y[first] == wanted, x[first], np.interp(wanted, y, x)))
 
 
 @final
@@ -131,7 +135,8 @@ class SrgbCurve(AbstractCurve):
     @override
     def response(self, irradiance: npt.ArrayLike) -> Floats:
         x = np.clip(np.asarray(irradiance, dtype=np.float64), 0.0, 1.0)
-        return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)  # noqa: PLR2004
+        power = np.minimum(1.055 * x ** (1 / 2.4) - 0.055, 1.0)
+        return np.where(x <= 0.0031308, 12.92 * x, np.where(x == 1, 1.0, power))  # noqa: PLR2004
 
     @override
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
@@ -154,7 +159,10 @@ def named_curve(text: str) -> AbstractCurve:
     array(0.5)
     """
     name, colon, values = text.partition(":")
-    if name in _STANDARD and not colon:
+    if name in _STANDARD:
+        if colon:
+            msg = f"{name} takes no parameters, not {values!r}"
+            raise ParameterError(msg)
         return _STANDARD[name]()
     if name not in MODELS:
         kind = "response"

@@ -21,11 +21,11 @@ class UnknownNameError(ChartlessError, LookupError):
     """
 
     def __init__(self, kind: str, name: str, known: Collection[str]) -> None:
-        super().__init__(kind, name, tuple(known))
+        super().__init__(kind, str(name), tuple(known))
 
     def __str__(self) -> str:
         kind, name, known = self.args
-        close = get_close_matches(name, known, n=1)
+        close = get_close_matches(name.lower(), known, n=1)
         hint = f" Did you mean {close[0]!r}?" if close else ""
         return f"unknown {kind} {name!r}.{hint} Available: {', '.join(known)}."
 

@@ -47,8 +47,10 @@ _END_ZONE = 4.5
 # Bins narrower than this many deviations of the difference are integrated by three terms,
 # good to 5e-5 of the bin even 4 deviations out.
 _NARROW = 0.5
-# The bins of the clipped levels reach this many deviations beyond black and white.
-_CLIPPED_REACH = 8.0
+# The bins of the clipped levels reach to infinity; their factor h is taken between their
+# edge and a point this many deviations beyond black or white, which is right to 4.1 % of a row.
+_CLIPPED_REACH = 2.1
+_INFINITY = 40.0
 
 
 def half_levels(n_levels: int) -> Floats:
@@ -105,17 +107,17 @@ class BinnedPairs:
         bounds[:, 1:] |= bounds[:, :-1]
         rows, edges = np.nonzero(bounds)
         run = shares[rows, edges][:-1]
-        # A share p of n pixels has the variance p (1 − p)/n, which no model explains.
-        n = np.maximum(counts.sum(axis=1), 1.0)[rows[:-1]]
         energy = float(run @ run)
-        random = float((run * (1.0 - run) / n).sum())
+        # Of c counts among n, c (c − 1)/(n (n − 1)) estimates the square of the true share.
+        n = np.maximum(counts.sum(axis=1), 2.0)[rows[:-1]]
+        true_energy = float((run * (run * n - 1.0) / (n - 1.0)).sum())
         return cls(
             rows=rows,
             edges=edges,
             shares=run / max(energy, 1e-300) ** 0.5,
             gaps=np.flatnonzero(run == 0),
             row_starts=np.searchsorted(rows, np.arange(n_levels + 1)),
-            ceiling=max(0.0, 1.0 - random / energy) ** 0.5 if energy > 0 else 0.0,
+            ceiling=max(0.0, true_energy / energy) ** 0.5 if energy > 0 else 0.0,
         )
 
 
@@ -167,6 +169,8 @@ def expected_shares(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> 
     w = 2.0 / spread
     np.sqrt(w, out=w)
     w *= distance
+    w[pairs.edges == 0] = -_INFINITY
+    w[pairs.edges == levels.size] = _INFINITY
     # S dI₂ = h φ(w) dw; twice 1/h is √(ρ/spread) (2 − u distance (B₂/ρ + 1)/spread)
     bend = np.divide(variance_y, rho, out=variance_y)
     bend += 1.0

@@ -21,6 +21,8 @@ GROSS = 0.5
 """Above this share, what should be noise is mostly something else: refused."""
 SUSPICIOUS = 0.05
 """Above this share: flagged."""
+DRIFTING = 0.02
+"""Share of a change of brightness above which frames are flagged: 5 % in bright parts."""
 CORRELATED = 0.15
 """Correlation of neighbours' noise above which it is flagged; raw-like noise has 0."""
 LEAST_COVERAGE = 0.25
@@ -123,6 +125,7 @@ def _patch_share(difference: Floats32, energy: float) -> float:
 def drift_share(table: Cooccurrence) -> float:
     """Share of the squared difference that a change of brightness, level by level, explains.
 
+    What chance explains is taken off, and three deviations of it: few pixels prove no drift.
     At equal sum of the two levels the difference has mean 0 when the frames are
     exchangeable; its mean there measures the drift free of regression to the mean.
     """
@@ -141,7 +144,8 @@ def drift_share(table: Cooccurrence) -> float:
     n, total, squares = n[several], total[several], squares[several]
     explained = total**2 / n
     by_chance = (squares - explained) / (n - 1)
-    return max(0.0, float((explained - by_chance).sum() / energy))
+    certain = explained.sum() - by_chance.sum() - 3 * np.sqrt(2 * (by_chance**2).sum())
+    return max(0.0, float(certain / energy))
 
 
 def covered_levels(table: Cooccurrence) -> tuple[int, int]:
@@ -172,8 +176,9 @@ def screen(
     UnfitFramesError
         With one sentence that says why and what to do.
     """
+    own = {name: _screen_table(name, table) for name, table in tables.items()}
     common = _screen_frames(checks)
-    return {name: (*common, *_screen_table(name, table)) for name, table in tables.items()}
+    return {name: (*common, *flags) for name, flags in own.items()}
 
 
 def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
@@ -243,7 +248,7 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
         )
         raise UnfitFramesError(msg)
     doubts = (
-        (Flag.BRIGHTNESS_DRIFT, drift > SUSPICIOUS),
+        (Flag.BRIGHTNESS_DRIFT, drift > DRIFTING),
         (Flag.LEVELS_UNSEEN, coverage < GOOD_COVERAGE),
         (Flag.CLIPPED, black + white > MANY_CLIPPED),
         (Flag.FEW_PIXELS, per_level < FEW_PAIRS),

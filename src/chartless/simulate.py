@@ -66,6 +66,7 @@ def simulate_frames(
     def take(_: int) -> Levels:
         measured = scene + deviation * rng.standard_normal(scene.shape)
         seen = np.interp(np.sqrt(measured.clip(0.0, 1.0)), root, brightness)
-        return np.rint(top * seen).astype(dtype)
+        levels: Levels = np.rint(top * seen).astype(dtype)
+        return levels
 
     return map(take, range(n_frames))

@@ -13,7 +13,7 @@ def png_chunk(kind: bytes, data: bytes) -> bytes:
     return pack(">I", len(data)) + kind + data + pack(">I", crc32(kind + data))
 
 
-def png_bytes(  # noqa: PLR0913 - the fields of the header
+def png_bytes(
     rows: bytes, width: int, height: int, *, bits: int = 8, colour_type: int = 2, extra: bytes = b""
 ) -> bytes:
     header = pack(">IIBBBBB", width, height, bits, colour_type, 0, 0, 0)
@@ -40,7 +40,7 @@ def png_of(pixels: Pixels, extra: bytes = b"") -> bytes:
     )
 
 
-def tiff_bytes(  # noqa: PLR0913 - the tags of the directory
+def tiff_bytes(
     data: bytes,
     width: int,
     height: int,

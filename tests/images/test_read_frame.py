@@ -289,7 +289,7 @@ def test_text_is_refused(name: str, write: Write, capfd: pytest.CaptureFixture[s
         ("a.ppm", {}),
     ],
 )
-def test_truncated_file_is_refused(  # noqa: PLR0913, PLR0917 - fixtures
+def test_truncated_file_is_refused(  # noqa: PLR0917 - fixtures
     name: str,
     attributes: dict[str, object],
     share: float,
@@ -515,7 +515,7 @@ def test_nothing_is_printed_when_the_program_ends(write: Write, save: Save, rgb:
         "    raise SystemExit(path)\n"
     )
 
-    done = subprocess.run(  # noqa: S603 - this interpreter
+    done = subprocess.run(
         [sys.executable, "-c", program, *map(str, paths)], capture_output=True, check=False
     )
 
@@ -525,4 +525,4 @@ def test_nothing_is_printed_when_the_program_ends(write: Write, save: Save, rgb:
 def test_chartless_alone_does_not_import_openimageio() -> None:
     program = "import sys, chartless; raise SystemExit('OpenImageIO' in sys.modules)"
 
-    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0  # noqa: S603
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

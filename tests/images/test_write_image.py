@@ -41,7 +41,7 @@ def test_floats_come_back_bit_for_bit(
 @pytest.mark.parametrize("linear", [True, False])
 @pytest.mark.parametrize("data_type", ["uint8", "uint16"])
 @pytest.mark.parametrize("suffix", [".png", ".tif"])
-def test_integers_come_back_exactly(  # noqa: PLR0913, PLR0917 - fixtures
+def test_integers_come_back_exactly(  # noqa: PLR0917 - fixtures
     suffix: str,
     data_type: DataType,
     linear: bool,
@@ -192,7 +192,7 @@ def test_unknown_data_type_is_refused(tmp_path: Path) -> None:
 @contextmanager
 def disk_with_room_for(n_bytes: int) -> Iterator[None]:
     """Let no file of this process grow beyond `n_bytes`; the system's own kind of full disk."""
-    import resource  # noqa: PLC0415 - not on every system
+    import resource
 
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, before[1]))

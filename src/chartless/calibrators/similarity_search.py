@@ -12,7 +12,7 @@ from chartless._optimize import Minimum, nelder_mead
 from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
 from chartless.cooccurrence import Cooccurrence
 from chartless.curves import ModelCurve
-from chartless.errors import ParameterError
+from chartless.errors import ParameterError, UnknownNameError
 from chartless.flags import Flag
 from chartless.models import AbstractModel, AmeegcExact
 from chartless.noise import AffineNoise
@@ -92,6 +92,9 @@ class SimilaritySearch(AbstractCalibrator):
         if not 0 <= self.tolerance < math.inf:
             msg = f"tolerance must not be negative, not {self.tolerance!r}"
             raise ParameterError(msg)
+        if self.objective not in OBJECTIVES:
+            kind = "objective"
+            raise UnknownNameError(kind, self.objective, OBJECTIVES)
         AffineNoise.from_8bit(*self.start)  # raises if it is no noise
 
     @override
@@ -132,7 +135,7 @@ class SimilaritySearch(AbstractCalibrator):
             values.append(-curve_found.value)
             evaluations += noise_found.evaluations + curve_found.evaluations
             if progress is not None:
-                progress(len(values) / (self.rounds + 1))
+                progress((len(values) - 1) / self.rounds)
             gains = np.diff(values[-3:])
             if age == 0 and len(values) > 2 and gains[-1] < self.tolerance:  # noqa: PLR2004
                 status = Status.CONVERGED
@@ -140,6 +143,8 @@ class SimilaritySearch(AbstractCalibrator):
             quiet = gains.size == 2 and bool(np.all(gains < self.tolerance))  # noqa: PLR2004
             age = 0 if quiet else age + 1
 
+        if progress is not None and len(values) <= self.rounds:
+            progress(1.0)
         improving = status is Status.LIMIT_REACHED and values[-1] - values[
             -2
         ] > _STILL_IMPROVING * abs(values[-1])

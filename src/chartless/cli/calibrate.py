@@ -7,6 +7,7 @@ import typer
 
 from chartless.cli._options import AsJson, parse_pair
 from chartless.cli._terminal import FLAGGED, print_json, print_summary, progress_bar, remark
+from chartless.errors import ParameterError
 
 
 def _search(text: str) -> Any:  # noqa: ANN401 - what Typer returns
@@ -94,6 +95,9 @@ def calibrate(
     target = output or (None if as_json else Path("camera.json"))
     if target is not None:
         require_writable(target)
+        if target.resolve() in {frame.resolve() for frame in frames}:
+            msg = f"{target} is one of the frames and would be overwritten: choose another output"
+            raise ParameterError(msg)
     with progress_bar() as progress:
         calibration = calibrate_camera(
             frames,

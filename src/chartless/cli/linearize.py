@@ -42,6 +42,7 @@ def linearize(
         chartless linearize camera.json *.jpg -o linear/ --format tif
     """
     from chartless.calibration_file import load
+    from chartless.frame import Frame
     from chartless.images import read_frame, read_values, write_image
 
     loaded = load(calibration)
@@ -50,14 +51,17 @@ def linearize(
         for number, (image, target) in enumerate(zip(images, targets, strict=True)):
             if progress is not None:
                 progress(f"{image.name}", number / len(images))
-            if inverse:
-                picture = read_values(image)
-                values, orientation = loaded.delinearize(picture.values), picture.orientation
-            else:
-                frame = read_frame(image)
-                values, orientation = loaded.linearize(frame.levels), frame.orientation
-            write_image(target, values, orientation=orientation, linear=not inverse)
-            for text in picture.remarks if inverse else frame.remarks:
+            picture = read_values(image) if inverse else read_frame(image)
+            try:
+                if isinstance(picture, Frame):
+                    values = loaded.linearize(picture.levels)
+                else:
+                    values = loaded.delinearize(picture.values)
+            except ParameterError as error:
+                msg = f"{image}: {error}"
+                raise ParameterError(msg) from error
+            write_image(target, values, orientation=picture.orientation, linear=not inverse)
+            for text in picture.remarks:
                 remark(f"{image}: {text}")
     for target in targets:
         print(target)

@@ -7,6 +7,7 @@ import typer
 
 from chartless.cli._options import parse_curve, parse_pair
 from chartless.cli._terminal import progress_bar
+from chartless.errors import ParameterError
 
 
 def simulate(
@@ -53,6 +54,9 @@ def simulate(
         parse_curve(undo),
         AffineNoise.from_8bit(*parse_pair(noise)),
     )
+    if scene.resolve().parent == output.resolve():
+        msg = f"{scene} lies in the output folder {output}: choose another folder"
+        raise ParameterError(msg)
     picture = read_values(scene)
     light = picture.values if undo == "linear" else taken_with.inverse(picture.values.clip(0, 1))
     with progress_bar() as progress:

@@ -28,7 +28,7 @@ class Ameegc(ExponentModel):
     where order 1 stops after the term in I and order 0 after a. Orders 0 and 1 are
     exactly the monotone EEGCs of their order. Order 2 holds the slope of ψ to at most e
     at I = 0 (α₁ ≤ e) and bounds α₁ + α₂ ≤ e: an approximation. It holds curves that
-    decrease, such as a = 0, b = 3, c = 0 above I = 0.8, and misses monotone ones with
+    decrease, such as a = 0, b = 3, c = 0 between I = 0.51 and 0.89, and misses monotone ones with
     α₁ > e; `AmeegcExact` does neither.
     """
 

@@ -21,8 +21,8 @@ class Eegc(ExponentModel):
 
     Examples
     --------
-    >>> Eegc(order=2).response(0.25, [-0.8, 0.5, 0.1]).round(6)
-    array(0.491513)
+    >>> Eegc(order=2).response([0.25], [-0.8, 0.5, 0.1]).round(6)
+    array([0.491513])
     """
 
     family: ClassVar[str] = "eegc"

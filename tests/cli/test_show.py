@@ -1,0 +1,162 @@
+"""``chartless show``: a calibration as a table, JSON or picture."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from chartless import load, named_curve, rmse
+
+Chartless = Callable[..., Any]
+Refusal = Callable[..., str]
+
+
+def test_the_table_is_aligned(colour_camera: Path, chartless: Chartless) -> None:
+    done = chartless("show", colour_camera)
+
+    assert done.status == 0
+    header, *rows = done.out.splitlines()
+    assert header.startswith("channel ")
+    assert [row.split()[0] for row in rows] == ["R", "G", "B"]
+    assert len({len(line) for line in (header, *rows)}) == 1
+    for row in rows:
+        assert row.split()[1:6] == ["0.0300", "16.00", "3", "to", "250"]
+    assert [row.split()[-1] for row in rows] == ["converged", "converged", "doubtful"]
+    assert done.err.startswith("chartless: note: misfit (B): ")
+    assert done.err.count("\n") == 1
+
+
+def test_nothing_doubtful_nothing_said(grey_camera: Path, chartless: Chartless) -> None:
+    assert chartless("show", grey_camera).err == ""
+
+
+@pytest.mark.parametrize("truth", ["srgb", "linear", "gamma:0.45", "ameegc1:-0.8,1.5"])
+def test_the_error_against_a_named_truth(
+    truth: str, colour_camera: Path, chartless: Chartless
+) -> None:
+    done = chartless("show", colour_camera, "--truth", truth)
+
+    header, *rows = done.out.splitlines()
+    assert header.split()[:2] == ["channel", "RMSE"]
+    for row, response in zip(rows, load(colour_camera).channels, strict=True):
+        assert float(row.split()[1]) == pytest.approx(
+            rmse(response.curve, named_curve(truth)), abs=6e-5
+        )
+
+
+def test_the_error_against_a_measured_truth(
+    colour_camera: Path, chartless: Chartless, tmp_path: Path
+) -> None:
+    response = load(colour_camera).channel("R")
+    curve = tmp_path / "truth.csv"
+    rows = [f"{x / 1023},{y}" for x, y in enumerate(response.response_lut)]
+    curve.write_text("\n".join(["irradiance,brightness", *rows]))
+
+    done = chartless("show", colour_camera, "--truth", curve, "--json")
+
+    errors = done.json["truth"]["rmse"]
+    assert len(errors) == 3
+    assert errors[0] == pytest.approx(0, abs=1e-12)
+    assert errors[1] > 0.01
+
+
+def test_json_is_the_file(colour_camera: Path, chartless: Chartless) -> None:
+    assert chartless("show", colour_camera, "--json").json == json.loads(colour_camera.read_text())
+
+
+@pytest.mark.parametrize(
+    ("extension", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("PNG", b"")]
+)
+def test_a_picture_is_drawn(
+    extension: str, magic: bytes, colour_camera: Path, chartless: Chartless, tmp_path: Path
+) -> None:
+    output = tmp_path / f"plot.{extension}"
+
+    done = chartless("show", colour_camera, "-o", output, "--truth", "srgb")
+
+    assert done.status == 0
+    assert done.out.splitlines()[-1] == f"picture written to {output}"
+    assert output.read_bytes().startswith(magic)
+    assert output.stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("output", "why"),
+    [
+        ("plot.gif", "figures are written as .png, .svg, .pdf, not as '.gif'"),
+        ("plot", "figures are written as .png, .svg, .pdf"),
+        ("missing/plot.png", "does not exist: create it first"),
+    ],
+)
+def test_a_picture_that_cannot_be_written(
+    output: str, why: str, colour_camera: Path, refusal: Refusal, tmp_path: Path
+) -> None:
+    line = refusal("show", colour_camera, "-o", tmp_path / output, "--json")
+
+    assert line.startswith(f"{tmp_path / output}: ")
+    assert why in line
+    assert sorted(tmp_path.iterdir()) == [colour_camera]
+
+
+def test_the_calibration_is_not_drawn_over(colour_camera: Path, refusal: Refusal) -> None:
+    before = colour_camera.read_bytes()
+
+    refusal("show", colour_camera, "-o", colour_camera)
+
+    assert colour_camera.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("truth", "why"),
+    [
+        ("sgrb", "unknown response 'sgrb'. Did you mean 'srgb'?"),
+        ("gamma", "gamma takes 1 finite parameter"),
+        ("gamma:0.4,2", "gamma takes 1 finite parameter"),
+        ("gamma:-1", "gamma > 0"),
+        ("gamma:x", "must be numbers separated by commas, not 'x'"),
+        ("gamma:nan", "gamma takes 1 finite parameter"),
+        ("missing.csv", "missing.csv: cannot be read"),
+        ("missing.json", "missing.json: cannot be read"),
+        (".csv", ".csv"),
+    ],
+)
+def test_a_truth_that_is_none(truth: str, why: str, colour_camera: Path, refusal: Refusal) -> None:
+    assert why in refusal("show", colour_camera, "--truth", truth)
+
+
+def test_parameters_of_a_response_that_has_none(colour_camera: Path, refusal: Refusal) -> None:
+    line = refusal("show", colour_camera, "--truth", "srgb:2.4")
+
+    assert "parameter" in line
+    assert "unknown" not in line
+
+
+def test_a_file_that_is_no_calibration(refusal: Refusal, tmp_path: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_text('{"name": "package", "version": 1}')
+
+    line = refusal("show", other, "--json")
+
+    assert line.startswith(f"{other}: not a calibration file")
+
+
+def test_a_binary_file_is_no_calibration(refusal: Refusal, tmp_path: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_bytes(bytes(range(256)))
+
+    assert refusal("show", other).startswith(f"{other}: not a calibration file")
+
+
+def test_a_folder_is_no_calibration(refusal: Refusal, tmp_path: Path) -> None:
+    assert refusal("show", tmp_path).startswith(f"{tmp_path}: cannot be read")
+
+
+def test_a_newer_version_is_named(colour_camera: Path, refusal: Refusal) -> None:
+    content = json.loads(colour_camera.read_text())
+    colour_camera.write_text(json.dumps({**content, "version": 2}))
+
+    line = refusal("show", colour_camera)
+
+    assert line.startswith(f"{colour_camera}: written in version 2 of the format")

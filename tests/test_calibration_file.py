@@ -1,0 +1,436 @@
+"""Calibrations on disk: what is saved is loaded, and nothing else is."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, load, save
+from chartless.calibration_file import to_json
+from chartless.cli import main
+from chartless.curves import SampledCurve
+from chartless.errors import CalibrationFileError, ChartlessError, OutputError
+from chartless.flags import Flag
+from chartless.response import SearchHistory, Status
+
+
+def response_of(name: str = "Y", **changes: Any) -> Response:
+    values: dict[str, Any] = {
+        "name": name,
+        "curve": ModelCurve("ameegc2-exact", (-0.8, 1.5, -0.6)),
+        "noise": AffineNoise.from_8bit(0.03, 16),
+        "n_levels": 16,
+        "observed_levels": (1, 14),
+        "n_pairs": 1234,
+        "method": "ism-bin",
+        "status": Status.LIMIT_REACHED,
+        "flags": (Flag.CLIPPED, Flag.SEARCH_UNFINISHED),
+        "history": SearchHistory("bin", (0.1, 1 / 3, 0.9), 77),
+        "table": Cooccurrence(np.eye(16, dtype=np.int64) * 5),
+    }
+    return Response(**{**values, **changes})
+
+
+def one(response: Response) -> Calibration:
+    provenance = {"chartless": "0.1.0", "inputs": [{"file": "ä.png", "sha256": "0"}]}
+    return Calibration(channels=(response,), bit_depth=8, provenance=provenance)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "camera.json"
+
+
+def again(calibration: Calibration, path: Path) -> Calibration:
+    save(calibration, path)
+    return load(path)
+
+
+def same(first: Response, second: Response) -> None:
+    for field in (
+        *("name", "curve", "noise", "n_levels", "observed_levels", "n_pairs"),
+        *("method", "status", "flags", "history"),
+    ):
+        assert getattr(first, field) == getattr(second, field), field
+    assert np.array_equal(first.inverse_lut, second.inverse_lut)
+    assert np.array_equal(first.response_lut, second.response_lut)
+    assert (first.table is None) == (second.table is None)
+    if first.table is not None and second.table is not None:
+        assert second.table.counts.dtype == np.int64
+        assert np.array_equal(first.table.counts, second.table.counts)
+
+
+# Round trips
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"flags": ()},
+        {"flags": tuple(Flag)},
+        {"history": None, "table": None},
+        {"status": Status.CONVERGED},
+        {"curve": ModelCurve("gamma", (0.1 + 0.2,))},
+        {"curve": ModelCurve("eegc3", (-0.7, 0.1, 1e-300, 0.2))},
+        {"noise": AffineNoise(np.pi / 1e4, np.e / 1e5)},
+        {"n_levels": 300, "table": None},
+    ],
+)
+def test_what_is_saved_is_loaded_exactly(changes: dict[str, Any], path: Path) -> None:
+    calibration = one(response_of(**changes))
+
+    loaded = again(calibration, path)
+
+    same(calibration.channels[0], loaded.channels[0])
+    assert loaded.bit_depth == calibration.bit_depth
+    assert loaded.provenance == calibration.provenance
+    assert to_json(loaded) == to_json(calibration)
+
+
+def test_three_channels(path: Path) -> None:
+    channels = tuple(
+        response_of(name, curve=ModelCurve("gamma", (0.4 + 0.05 * c,)))
+        for c, name in enumerate("RGB")
+    )
+    loaded = again(Calibration(channels=channels, bit_depth=16), path)
+
+    assert loaded.bit_depth == 16
+    for before, after in zip(channels, loaded.channels, strict=True):
+        same(before, after)
+
+
+def test_deviations_are_kept(path: Path) -> None:
+    std = np.linspace(0, 0.01, 16) ** 2
+
+    loaded = again(one(response_of(inverse_lut_std=std)), path)
+
+    assert np.array_equal(loaded.channels[0].inverse_lut_std, std)
+
+
+rows = st.lists(st.integers(0, 2**53), min_size=16, max_size=16) | st.just([0] * 16)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
+@given(counts=st.lists(rows, min_size=16, max_size=16))
+def test_any_table_comes_back(counts: list[list[int]], path: Path) -> None:
+    table = Cooccurrence(np.array(counts, dtype=np.int64))
+
+    loaded = again(one(response_of(table=table)), path)
+
+    kept = loaded.channels[0].table
+    assert kept is not None
+    assert np.array_equal(kept.counts, table.counts)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40)
+@given(
+    cells=st.dictionaries(
+        st.tuples(st.integers(0, 15), st.integers(0, 15)), st.integers(1, 10**9), max_size=30
+    )
+)
+def test_any_sparse_table_comes_back(cells: dict[tuple[int, int], int], path: Path) -> None:
+    table = Cooccurrence.zeros(16)
+    for cell, count in cells.items():
+        table.counts[cell] = count
+
+    kept = again(one(response_of(table=table)), path).channels[0].table
+
+    assert kept is not None
+    assert np.array_equal(kept.counts, table.counts)
+
+
+def test_a_huge_table_is_left_out(path: Path) -> None:
+    dense = Cooccurrence(np.ones((512, 512), dtype=np.int64))
+
+    loaded = again(one(response_of(n_levels=512, table=dense)), path)
+
+    assert loaded.channels[0].table is None
+    assert path.stat().st_size < 200_000
+
+
+def test_a_curve_of_no_model_is_kept_by_its_samples(path: Path) -> None:
+    """The samples at the levels are what other programs can provide."""
+    curve = SampledCurve((0.0, 0.1, 0.4, 1.0), (0.0, 0.5, 0.8, 1.0))
+    before = one(response_of(curve=curve))
+
+    loaded = again(before, path)
+
+    assert json.loads(path.read_text())["model"] is None
+    assert np.allclose(loaded.channels[0].inverse_lut, before.channels[0].inverse_lut, atol=1e-15)
+
+
+def test_files_without_the_extras_are_read(path: Path) -> None:
+    save(one(response_of()), path)
+    content = json.loads(path.read_text())
+    for extra in ("search", "cooccurrence"):
+        del content["channels"][0][extra]
+    path.write_text(json.dumps(content))
+
+    response = load(path).channels[0]
+
+    assert (response.history, response.table) == (None, None)
+
+
+def test_unknown_keys_are_no_harm(path: Path) -> None:
+    save(one(response_of()), path)
+    content = json.loads(path.read_text())
+    content["note"] = content["channels"][0]["note"] = "from the future"
+    path.write_text(json.dumps(content))
+
+    same(load(path).channels[0], response_of())
+
+
+# The layout
+
+
+def test_the_file_is_plain_json_with_every_documented_key(path: Path) -> None:
+    save(one(response_of()), path)
+
+    def no_constant(name: str) -> None:
+        pytest.fail(f"{name} is not JSON")
+
+    content = json.loads(path.read_text(encoding="utf-8"), parse_constant=no_constant)
+
+    assert {key: type(content[key]) for key in content} == {
+        "format": str, "version": int, "bit_depth": int, "levels": int, "method": str,
+        "model": str, "channels": list, "provenance": dict,
+    }  # fmt: skip
+    (channel,) = content["channels"]
+    assert {key: type(channel[key]) for key in channel}.items() >= {
+        "name": str, "parameters": dict, "inverse_lut": list, "inverse_lut_std": type(None),
+        "response_lut": list, "noise": dict, "observed_levels": list, "pairs": int,
+        "status": str, "flags": list, "search": dict, "cooccurrence": dict,
+    }.items()  # fmt: skip
+    assert set(channel["noise"]) == {"u", "v", "U", "V", "std"}
+    assert (len(channel["inverse_lut"]), len(channel["response_lut"])) == (16, 1024)
+    assert channel["flags"] == ["clipped", "search-unfinished"]
+
+
+def test_nothing_that_is_not_finite_is_written(path: Path) -> None:
+    path.write_text("older")
+    broken = response_of(inverse_lut_std=np.full(16, np.nan))
+
+    with pytest.raises(ValueError, match="JSON"):
+        save(one(broken), path)
+
+    assert path.read_text() == "older"
+
+
+def test_a_folder_that_is_missing(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="does not exist: create it first"):
+        save(one(response_of()), tmp_path / "missing" / "camera.json")
+
+
+# Damage
+
+
+def refused(content: Any, path: Path) -> str:
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    with pytest.raises(CalibrationFileError) as caught:
+        load(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert isinstance(caught.value, ChartlessError)
+    return message.removeprefix(f"{path}: ")
+
+
+@pytest.fixture
+def content(path: Path) -> Any:
+    save(one(response_of()), path)
+    return json.loads(path.read_text())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99])
+def test_a_truncated_file(share: float, content: Any, path: Path) -> None:
+    text = json.dumps(content)
+
+    assert "not JSON" in refused(text[: int(share * len(text))], path)
+
+
+@pytest.mark.parametrize(
+    "other", ["[]", "{}", "3", "null", '"text"', '{"format": "chartless-truth", "version": 1}']
+)
+def test_other_json(other: str, path: Path) -> None:
+    assert "not a calibration file" in refused(other, path)
+
+
+def test_a_binary_file(path: Path) -> None:
+    path.write_bytes(b"\x89PNG\r\n\x1a\n\xff\xfe")
+
+    with pytest.raises(CalibrationFileError, match="not a calibration file"):
+        load(path)
+
+
+def test_a_file_that_does_not_exist(path: Path) -> None:
+    with pytest.raises(CalibrationFileError, match=r"camera\.json: cannot be read: No such file"):
+        load(path)
+
+
+@pytest.mark.parametrize("version", [2, 0, "1", None, 1.5])
+def test_another_version_is_named(version: object, content: Any, path: Path) -> None:
+    content["version"] = version
+
+    message = refused(content, path)
+
+    assert f"version {version} of the format" in message
+    assert "reads version 1" in message
+
+
+@pytest.mark.parametrize("key", ["bit_depth", "levels", "method", "model", "channels"])
+def test_a_key_that_is_missing(key: str, content: Any, path: Path) -> None:
+    del content[key]
+
+    message = refused(content, path)
+
+    assert "damaged calibration file" in message
+    assert key in message
+
+
+@pytest.mark.parametrize(
+    "key",
+    ["name", "parameters", "inverse_lut", "noise", "observed_levels", "pairs", "status", "flags"],
+)
+def test_a_key_of_a_channel_that_is_missing(key: str, content: Any, path: Path) -> None:
+    del content["channels"][0][key]
+
+    assert key in refused(content, path)
+
+
+def put(*keys: str | int) -> Callable[[Any, Any], None]:
+    """Setter of the value at the end of the keys."""
+
+    def setter(content: Any, value: Any) -> None:
+        for key in keys[:-1]:
+            content = content[key]
+        content[keys[-1]] = value
+
+    return setter
+
+
+CHANNEL = ("channels", 0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "word"),
+    [
+        ((*CHANNEL, "inverse_lut"), [0.0, 1.0], "inverse_lut should be 16 numbers"),
+        ((*CHANNEL, "inverse_lut"), [0.0] * 17, "inverse_lut should be 16 numbers"),
+        ((*CHANNEL, "inverse_lut", 3), float("nan"), "inverse_lut should be 16 numbers"),
+        ((*CHANNEL, "inverse_lut", 3), float("inf"), "inverse_lut should be 16 numbers"),
+        ((*CHANNEL, "inverse_lut", 3), None, "inverse_lut"),
+        ((*CHANNEL, "inverse_lut", 3), "x", "x"),
+        ((*CHANNEL, "inverse_lut_std"), [0.1], "inverse_lut_std should be 16 numbers"),
+        ((*CHANNEL, "flags"), ["haunted"], "'haunted'"),
+        ((*CHANNEL, "status"), "asleep", "asleep"),
+        ((*CHANNEL, "noise", "u"), -1, "U = -255"),
+        ((*CHANNEL, "noise", "v"), 0, "V = 0"),
+        ((*CHANNEL, "noise", "u"), float("nan"), "U = nan"),
+        ((*CHANNEL, "noise"), [1, 2], ""),
+        ((*CHANNEL, "parameters", "a"), float("nan"), "finite"),
+        ((*CHANNEL, "parameters"), {"a": 1}, ""),
+        ((*CHANNEL, "parameters"), [1, 2, 3], ""),
+        ((*CHANNEL, "observed_levels"), [1], ""),
+        ((*CHANNEL, "observed_levels"), [3, 400], ""),
+        ((*CHANNEL, "observed_levels"), [9, 2], ""),
+        ((*CHANNEL, "observed_levels"), [-7, 9], ""),
+        ((*CHANNEL, "pairs"), "many", "many"),
+        ((*CHANNEL, "pairs"), float("inf"), ""),
+        ((*CHANNEL, "name"), "Z", "channels"),
+        ((*CHANNEL, "cooccurrence", "first", 0), -3, ""),
+        ((*CHANNEL, "cooccurrence", "first", 0), 99, ""),
+        ((*CHANNEL, "cooccurrence", "counts", 0), [10**30], ""),
+        ((*CHANNEL, "cooccurrence", "counts", 0), [-4], ""),
+        ((*CHANNEL, "cooccurrence", "counts"), [], ""),
+        ((*CHANNEL, "search"), {"objective": "bin"}, "values"),
+        ((*CHANNEL, "search"), 5, ""),
+        ((*CHANNEL, "search", "values"), [], ""),
+        ((*CHANNEL, "search", "values"), [0.5, float("nan")], ""),
+        (("model",), "ameegc9", "ameegc9"),
+        (("model",), 7, "7"),
+        (("levels",), 1, ""),
+        (("levels",), -1, ""),
+        (("levels",), "all", "all"),
+        (("levels",), float("inf"), ""),
+        (("bit_depth",), "deep", "deep"),
+        (("channels",), [], "channels"),
+        (("channels",), 5, ""),
+        (("channels",), ["Y"], ""),
+        (("provenance",), 5, ""),
+    ],
+)
+def test_damage_is_refused_in_one_line(
+    keys: tuple[str | int, ...], value: Any, word: str, content: Any, path: Path
+) -> None:
+    put(*keys)(content, value)
+
+    message = refused(content, path)
+
+    assert message.startswith("damaged calibration file: ")
+    assert message.endswith("; calibrate again")
+    assert word in message
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-6, 0.99, 1.0])
+def test_a_curve_of_no_model_must_increase(value: float, content: Any, path: Path) -> None:
+    content["model"] = None
+    content["channels"][0]["inverse_lut"][5] = value
+
+    assert "damaged calibration file" in refused(content, path)
+
+
+def test_deep_nesting_is_refused(path: Path) -> None:
+    refused("[" * 100_000, path)
+
+
+ODD = [float("nan"), float("inf"), -1, 10**30, [], {}, [float("nan")], [[]], [-1, 1], "\n"]
+anything = st.sampled_from(ODD) | st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3),
+    lambda inside: (
+        st.lists(inside, max_size=3) | st.dictionaries(st.text(max_size=3), inside, max_size=2)
+    ),
+    max_leaves=4,
+)
+PLACES = [
+    *((key,) for key in ("version", "bit_depth", "levels", "method", "model", "channels")),
+    *(
+        (*CHANNEL, key)
+        for key in (
+            *("name", "parameters", "inverse_lut", "inverse_lut_std", "noise"),
+            *("observed_levels", "pairs", "status", "flags", "search", "cooccurrence"),
+        )
+    ),
+    *((*CHANNEL, "noise", key) for key in ("u", "v")),
+    *((*CHANNEL, "cooccurrence", key) for key in ("first", "counts")),
+    *((*CHANNEL, "search", key) for key in ("objective", "values", "evaluations")),
+    ("provenance",),
+]
+
+
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=80, deadline=None
+)
+@given(place=st.sampled_from(PLACES), value=anything)
+def test_whatever_stands_in_a_file_it_is_shown_or_refused(
+    place: tuple[str | int, ...],
+    value: Any,
+    path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    save(one(response_of()), path)
+    content = json.loads(path.read_text())
+    put(*place)(content, value)
+    path.write_text(json.dumps(content))
+    capsys.readouterr()
+
+    status = main(["show", str(path), "--json"])
+
+    out, err = capsys.readouterr()
+    assert status in (0, 2), err
+    json.loads(out)
+    assert status == 0 or err.startswith(f"chartless: error: {path}: ")

@@ -1,0 +1,39 @@
+import subprocess
+import sys
+
+import pytest
+
+import chartless
+
+HEAVY = ("numpy", "scipy", "matplotlib", "OpenImageIO", "skimage", "rich", "typer")
+
+
+def modules_after(statement: str) -> set[str]:
+    code = f"{statement}\nimport sys\nprint(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    return set(done.stdout.split())
+
+
+def test_importing_the_package_loads_no_library():
+    assert modules_after("import chartless; dir(chartless)").isdisjoint(HEAVY)
+
+
+def test_a_name_loads_what_it_needs_and_no_more():
+    loaded = modules_after("from chartless import Cooccurrence, AffineNoise")
+
+    assert "numpy" in loaded
+    assert loaded.isdisjoint({"matplotlib", "OpenImageIO", "skimage", "rich", "typer"})
+    assert "scipy.optimize" not in loaded
+
+
+@pytest.mark.parametrize("name", chartless.__all__)
+def test_public_names_resolve(name: str):
+    assert getattr(chartless, name) is not None
+    assert name in dir(chartless)
+
+
+def test_an_unknown_name_is_no_attribute():
+    with pytest.raises(AttributeError, match="'chartless' has no attribute 'calibrat'"):
+        chartless.calibrat  # noqa: B018

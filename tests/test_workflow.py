@@ -1,0 +1,212 @@
+"""From frames to a calibration in one call."""
+
+import hashlib
+import json
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.ndimage import gaussian_filter
+
+import chartless
+from chartless import AffineNoise, calibrate, named_curve, simulate_frames
+from chartless.calibration_file import to_json
+from chartless.errors import (
+    ChartlessError,
+    ImageError,
+    ParameterError,
+    UnfitFramesError,
+    UnknownNameError,
+)
+from chartless.images import write_image
+
+Levels = npt.NDArray[Any]
+QUICK: dict[str, Any] = {"n_levels": 32, "rounds": 1}
+
+
+@pytest.fixture(scope="module")
+def frames() -> list[Levels]:
+    white = np.random.default_rng(0).standard_normal((120, 160))
+    blobs = gaussian_filter(white, 8, mode="wrap")
+    scene = blobs.ravel().argsort().argsort().reshape(blobs.shape) / blobs.size
+    noise = AffineNoise.from_8bit(0.03, 16)
+    found = list(simulate_frames(scene, named_curve("srgb"), noise, n_frames=3))
+    for levels in found:
+        levels.setflags(write=False)
+    return found
+
+
+@pytest.fixture
+def paths(frames: list[Levels], tmp_path: Path) -> list[Path]:
+    written = [tmp_path / f"{number}.png" for number, _ in enumerate(frames)]
+    for path, levels in zip(written, frames, strict=True):
+        write_image(path, levels[..., np.newaxis] / 255, data_type="uint8", linear=False)
+    return written
+
+
+def test_arrays_and_files_give_the_same(frames: list[Levels], paths: list[Path]) -> None:
+    of_arrays = calibrate(frames, **QUICK)
+    of_files = calibrate(paths, **QUICK)
+    of_strings = calibrate([str(path) for path in paths], **QUICK)
+
+    for other in (of_files, of_strings):
+        assert to_json(of_arrays)["channels"] == to_json(other)["channels"]
+
+
+def test_grey_with_and_without_its_axis(frames: list[Levels]) -> None:
+    flat = calibrate(frames, **QUICK)
+    deep = calibrate([levels[..., np.newaxis] for levels in frames], **QUICK)
+
+    assert to_json(flat)["channels"] == to_json(deep)["channels"]
+
+
+def test_where_it_comes_from_is_kept(frames: list[Levels], paths: list[Path]) -> None:
+    mask = np.ones(frames[0].shape, bool)
+
+    found = calibrate(paths, mask=mask, **QUICK)
+
+    provenance = json.loads(json.dumps(found.provenance, allow_nan=False))
+    assert provenance["chartless"] == chartless.__version__
+    assert datetime.fromisoformat(provenance["created"]).tzinfo is not None
+    assert provenance["inputs"] == [
+        {"file": str(path), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+        for path in paths
+    ]
+    settings = provenance["settings"]
+    assert settings["model"] == "ameegc2-exact"
+    assert settings["method"] == "ism-bin"
+    assert settings["levels"] == 32
+    assert settings["rounds"] == 1
+    assert settings["mask"] == "array"
+    assert provenance["remarks"] == []
+
+
+def test_arrays_are_named_by_their_number(frames: list[Levels]) -> None:
+    inputs = calibrate(frames, **QUICK).provenance["inputs"]
+
+    assert [each["file"] for each in inputs] == ["frame 1", "frame 2", "frame 3"]
+    assert inputs[0]["sha256"] == hashlib.sha256(frames[0].tobytes()).hexdigest()
+
+
+def test_progress_runs_to_the_end(frames: list[Levels]) -> None:
+    told: list[tuple[str, float]] = []
+
+    calibrate(frames, progress=lambda *each: told.append(each), n_levels=32, rounds=3)
+
+    assert {stage for stage, _ in told} == {"reading frames", "estimating"}
+    shares = [share for stage, share in told if stage == "estimating"]
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1)
+    assert all(0 <= share <= 1 for _, share in told)
+
+
+@pytest.mark.parametrize("kind", ["array", "numbers", "file"])
+def test_a_mask_chooses_pixels(kind: str, frames: list[Levels], tmp_path: Path) -> None:
+    chosen = np.zeros(frames[0].shape, bool)
+    chosen[10:110, 20:150] = True
+    mask: Any = chosen
+    if kind == "numbers":
+        mask = chosen * 7
+    elif kind == "file":
+        mask = tmp_path / "mask.png"
+        write_image(mask, np.repeat(chosen[..., np.newaxis], 3, axis=2) * [0.0, 0.1, 0.0])
+
+    found = calibrate(frames, mask=mask, **QUICK)
+
+    assert found.channel("Y").n_pairs == 2 * np.count_nonzero(chosen)
+
+
+def test_a_remark_names_its_file(frames: list[Levels], paths: list[Path]) -> None:
+    from PIL import Image
+
+    for path in paths:
+        with Image.open(path) as image:
+            with_alpha = image.convert("LA")
+        with_alpha.save(path)
+
+    remarks = calibrate(paths, **QUICK).provenance["remarks"]
+
+    assert remarks == [f"{path}: dropped the alpha channel" for path in paths]
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        np.zeros((4, 4)),
+        np.zeros((4, 4), np.int64),
+        np.zeros((4, 4), bool),
+        np.zeros((4, 4), np.int8),
+        np.zeros(4, np.uint8),
+        np.zeros((4, 4, 2), np.uint8),
+        np.zeros((4, 4, 4), np.uint8),
+        np.zeros((0, 4), np.uint8),
+        np.zeros((1, 4, 4, 3), np.uint8),
+    ],
+)
+def test_arrays_that_are_no_levels(bad: Levels, frames: list[Levels]) -> None:
+    with pytest.raises(ParameterError, match=r"^frame 2: "):
+        calibrate([frames[0], bad], **QUICK)
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"model": "gama"}, UnknownNameError, "unknown model 'gama'. Did you mean 'gamma'"),
+        ({"method": "nlf2"}, UnknownNameError, "unknown method 'nlf2'"),
+        ({"channels": "cmyk"}, ParameterError, "channels must be one of"),
+        ({"n_levels": 5}, ParameterError, "levels must lie between"),
+        ({"rounds": 0}, ParameterError, "rounds"),
+        ({"turns": 3}, ChartlessError, "turns"),
+        ({"mask": np.ones((2, 2), bool)}, ParameterError, "the mask is 2 × 2"),
+    ],
+)
+def test_settings_without_meaning(
+    settings: dict[str, Any], error: type[Exception], message: str, frames: list[Levels]
+) -> None:
+    with pytest.raises(error, match=message):
+        calibrate(frames, **{**QUICK, **settings})
+
+
+def test_settings_are_checked_before_frames_are_read(tmp_path: Path) -> None:
+    missing = [tmp_path / "a.png", tmp_path / "b.png"]
+
+    with pytest.raises(UnknownNameError):
+        calibrate(missing, model="gama")
+    with pytest.raises(ParameterError):
+        calibrate(missing, rounds=0)
+
+
+def test_no_frames() -> None:
+    with pytest.raises(UnfitFramesError, match="none was given"):
+        calibrate([])
+
+
+def test_a_missing_file_is_named(paths: list[Path]) -> None:
+    missing = paths[0].with_name("missing.png")
+
+    with pytest.raises(ImageError, match=f"^{missing}: does not exist"):
+        calibrate([paths[0], missing], **QUICK)
+
+
+def test_frames_are_read_one_by_one(paths: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first bad pair stops the reading."""
+    from chartless import images
+
+    read: list[Path] = []
+    original = images.read_frame
+
+    def noting(path: Any) -> Any:
+        read.append(Path(path))
+        return original(path)
+
+    monkeypatch.setattr(images, "read_frame", noting)
+    copy = paths[1].with_name("copy.png")
+    copy.write_bytes(paths[0].read_bytes())
+
+    with pytest.raises(UnfitFramesError, match="identical"):
+        calibrate([paths[0], copy, paths[1], paths[2]], **QUICK)
+
+    assert read == [paths[0], copy]
