@@ -41,6 +41,9 @@ from chartless.similarity import (
 )
 from chartless.types import Counts, Floats
 
+# Cells with a smaller part of the largest share in their row are left out: they hold 1e-4 of
+# the sum of squares, take a fifth of the time, and in real frames are outliers.
+_NEGLIGIBLE = 0.02
 # Light further than this many noise deviations from an end of [0, 1] does not see it: the
 # cells concerned carry less than 1e-5 of a row.
 _END_ZONE = 4.5
@@ -99,15 +102,16 @@ class BinnedPairs:
 
     @classmethod
     def from_counts(cls, counts: Counts) -> "BinnedPairs":
-        """Prepare symmetric counts of shape (L, L)."""
+        """Prepare symmetric counts of shape (L, L); cells with very few counts are left out."""
         n_levels = counts.shape[0]
         shares = np.zeros((n_levels, n_levels + 1))
         shares[:, :-1] = _conditional(counts)
+        shares[shares < _NEGLIGIBLE * shares.max(axis=1, keepdims=True)] = 0.0
         bounds = shares > 0
         bounds[:, 1:] |= bounds[:, :-1]
         rows, edges = np.nonzero(bounds)
         run = shares[rows, edges][:-1]
-        energy = float(run @ run)
+        energy = _dot(run, run)
         # Of c counts among n, c (c − 1)/(n (n − 1)) estimates the square of the true share.
         n = np.maximum(counts.sum(axis=1), 2.0)[rows[:-1]]
         true_energy = float((run * (run * n - 1.0) / (n - 1.0)).sum())

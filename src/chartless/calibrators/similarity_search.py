@@ -76,7 +76,7 @@ class SimilaritySearch(AbstractCalibrator):
     curve_step: float = 0.5
     noise_step: float = 0.5
     shrink: float = 0.9
-    tolerance: float = 1e-5
+    tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
         for name in ("rounds", "iterations"):

@@ -1,12 +1,14 @@
 """Options that several commands share, and how their texts are read."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chartless.curves import AbstractCurve, named_curve
 from chartless.errors import ParameterError
+
+if TYPE_CHECKING:
+    from chartless.curves import AbstractCurve
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines.")]
 
@@ -21,11 +23,13 @@ def parse_pair(text: str) -> tuple[float, float]:
     return slope, floor
 
 
-def parse_curve(text: str) -> AbstractCurve:
+def parse_curve(text: str) -> "AbstractCurve":
     """Curve from a file of samples, a truth.json of ``simulate``, or a name such as ``srgb``."""
     path = Path(text)
     if path.suffix.lower() in (".csv", ".txt", ".json") or path.is_file():
         from chartless.curve_file import read_curve
 
         return read_curve(path)
+    from chartless.curves import named_curve
+
     return named_curve(text)

@@ -4,17 +4,19 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from chartless.calibration import Calibration
-from chartless.types import JsonObject
-from chartless.workflow import Progress
+if TYPE_CHECKING:  # the library takes half a second to import: --help does without
+    from chartless.calibration import Calibration
+    from chartless.types import JsonObject
+    from chartless.workflow import Progress
 
 FLAGGED = 3
 """Exit status under --strict when a result is flagged."""
 
 
 @contextmanager
-def progress_bar() -> Iterator[Progress | None]:
+def progress_bar() -> Iterator["Progress | None"]:
     """Yield a progress callback that draws on standard error, or None off a terminal."""
     if not sys.stderr.isatty():
         yield None
@@ -36,7 +38,7 @@ def remark(text: str) -> None:
     print(f"chartless: note: {text}", file=sys.stderr)
 
 
-def print_json(content: JsonObject) -> None:
+def print_json(content: "JsonObject") -> None:
     """Print one JSON object on standard output."""
     print(json.dumps(content, allow_nan=False))
 
@@ -52,7 +54,7 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         print("  ".join(cells).rstrip())
 
 
-def print_summary(calibration: Calibration, errors: Sequence[float] | None = None) -> None:
+def print_summary(calibration: "Calibration", errors: Sequence[float] | None = None) -> None:
     """Print a line for each channel, and what is doubtful as remarks.
 
     Parameters

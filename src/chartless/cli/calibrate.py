@@ -59,7 +59,7 @@ def calibrate(
         float | None, _search("Factor on the steps from round to round [0.9].")
     ] = None,
     tolerance: Annotated[
-        float | None, _search("Gain below which the search has converged [1e-5].")
+        float | None, _search("Gain below which the search has converged [1e-4].")
     ] = None,
     seed: Annotated[  # noqa: ARG001 - part of the command's contract
         int, typer.Option(help="Seed for methods that draw random numbers; these do not.")
