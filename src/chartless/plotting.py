@@ -146,9 +146,11 @@ def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
             axes.plot([], [], color=colour, label=label)
             continue
         counts = response.table.symmetric
-        counts[[0, -1]] = counts[:, [0, -1]] = 0  # clipped: the model does not count them
+        expected = _expected(response, counts)
+        for table in (counts, expected):  # clipped levels have no noise to speak of
+            table[[0, -1]] = table[:, [0, -1]] = 0
         axes.plot(noise_level_function(counts), ".", color=colour, markersize=3, alpha=0.5)
-        axes.plot(noise_level_function(_expected(response, counts)), color=colour, label=label)
+        axes.plot(noise_level_function(expected), color=colour, label=label)
     axes.set(
         title="Noise of one frame (dots: seen, lines: model)",
         xlabel="level",
