@@ -77,6 +77,9 @@ class Flag(Enum):
         "the search was still improving when it stopped: raise --rounds",
     )
 
+    def __repr__(self) -> str:
+        return f"<Flag {self.code}>"
+
     @property
     def code(self) -> str:
         """Name in calibration files."""
