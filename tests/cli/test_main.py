@@ -180,7 +180,7 @@ def test_control_c_ends_a_long_search_at_once(shoot: Shoot, tmp_path: Path) -> N
     )
     with running:
         try:
-            time.sleep(3)  # loading and reading take one second
+            time.sleep(5)  # loading and reading take one second
             assert running.poll() is None
             running.send_signal(signal.SIGINT)
             out, err = running.communicate(timeout=5)
