@@ -67,10 +67,7 @@ def make_folder(path: Path) -> None:
 
 def require_writable(path: str | os.PathLike[str]) -> None:
     """Raise `OutputError` if `path` could not be written, before work goes into its content."""
-    _refuse_unwritable(Path(path), Path(os.path.realpath(path)))
-
-
-def _refuse_unwritable(path: Path, target: Path) -> None:
+    target = Path(os.path.realpath(path))
     folder = target.parent
     if not folder.exists():
         msg = f"output folder {folder} does not exist: create it first"
@@ -84,4 +81,4 @@ def _refuse_unwritable(path: Path, target: Path) -> None:
         msg = "is not an ordinary file: choose another output"
     else:
         return
-    raise OutputError(str(path), msg)
+    raise OutputError(os.fspath(path), msg)

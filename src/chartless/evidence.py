@@ -39,7 +39,11 @@ class NoiseEvidence:
     """One for each pair of consecutive frames."""
     bit_depth: int
     """Of the frames as read."""
-    n_frames: int
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames: one more than pairs of consecutive ones."""
+        return len(self.checks) + 1
 
 
 def noise_evidence(
@@ -113,7 +117,7 @@ def noise_evidence(
             "photograph it again with the same settings"
         )
         raise UnfitFramesError(msg)
-    return NoiseEvidence(tables, tuple(checks), frame.bit_depth, len(checks) + 1)
+    return NoiseEvidence(tables, tuple(checks), frame.bit_depth)
 
 
 def _planes(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:

@@ -145,9 +145,8 @@ class SimilaritySearch(AbstractCalibrator):
 
         if progress is not None and len(values) <= self.rounds:
             progress(1.0)
-        improving = status is Status.LIMIT_REACHED and values[-1] - values[
-            -2
-        ] > _STILL_IMPROVING * abs(values[-1])
+        last_gain = values[-1] - values[-2]
+        still_improving = last_gain > _STILL_IMPROVING * abs(values[-1])
         response = Response(
             name=channel,
             curve=ModelCurve(self.model.name, tuple(map(float, whitened.colour(curve)))),
@@ -162,7 +161,7 @@ class SimilaritySearch(AbstractCalibrator):
             table=table,
         )
         doubts = (
-            (Flag.SEARCH_UNFINISHED, improving),
+            (Flag.SEARCH_UNFINISHED, status is Status.LIMIT_REACHED and still_improving),
             (Flag.NOISE_AT_BOUND, _at_limit(log_noise)),
             (Flag.MISFIT, response.similarity is not None and response.similarity < _POOR),
             (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
