@@ -66,3 +66,38 @@ def invert_increasing(
         x = np.where(open_, np.where(keeps, newton, middle), x)
         step_before = np.where(keeps, step, 0.5 * (high - low))
     return x
+
+
+def invert_on_grid(
+    function: Callable[[Floats], tuple[Floats, Floats]],
+    target: Floats,
+    grid: Floats,
+    *,
+    tolerance: float,
+) -> Floats:
+    """Solve ``function(x) = target`` between the ends of a grid.
+
+    Parameters
+    ----------
+    function : callable
+        As for `invert_increasing`. Where it decreases somewhere, its running maximum over
+        the grid is inverted.
+    target : ndarray of float, shape (N,)
+        Beyond the values at the ends of the grid, the nearer end is returned.
+    grid : ndarray of float, shape (K,)
+        Increasing; fine enough that Newton steps from a straight line between two points
+        converge.
+    tolerance : float
+        Accepted distance to `target`, in units of the function's values.
+
+    Returns
+    -------
+    ndarray of float, shape (N,)
+    """
+    values = np.maximum.accumulate(function(grid)[0])
+    above = np.searchsorted(values, target).clip(1, grid.size - 1)
+    low, high = grid[above - 1], grid[above]
+    with np.errstate(invalid="ignore"):  # values may be as large as float64 allows
+        share = (target - values[above - 1]) / (values[above] - values[above - 1])
+    start = low + np.where(np.isfinite(share), share, 0.5).clip(0, 1) * (high - low)
+    return invert_increasing(function, target, low, high, start, tolerance=tolerance)

@@ -11,8 +11,14 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 Floats32: TypeAlias = npt.NDArray[np.float32]
 """Array of float32: pictures."""
 
+Bools: TypeAlias = npt.NDArray[np.bool_]
+"""Array of truth values."""
+
 Counts: TypeAlias = npt.NDArray[np.int64]
 """Array of int64 that counts pixels."""
+
+Indices: TypeAlias = npt.NDArray[np.intp]
+"""Array of integers that index another array."""
 
 Levels: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 """Array of unsigned integers as a picture file stores them."""

@@ -14,6 +14,7 @@ from typer.exceptions import Abort, TyperException
 
 from chartless._version import __version__
 from chartless.cli.calibrate import calibrate
+from chartless.cli.data import app as data
 from chartless.cli.demo import demo
 from chartless.cli.linearize import linearize
 from chartless.cli.show import show
@@ -30,6 +31,7 @@ app = typer.Typer(
 )
 for command in (demo, calibrate, linearize, show, simulate):
     app.command()(command)
+app.add_typer(data, name="data")
 
 
 def _print_version(wanted: bool) -> None:

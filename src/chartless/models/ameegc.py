@@ -11,14 +11,14 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.errors import ParameterError
-from chartless.models._base import register_model
-from chartless.models._exponent import ExponentModel
+from chartless.models._base import Property, register_model
+from chartless.models._exponent import PolynomialExponentModel
 from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Ameegc(ExponentModel):
+class Ameegc(PolynomialExponentModel):
     r"""AMEEGC of order 0, 1 or 2, as published.
 
     With parameters a, b, c (the first N + 1 of them at order N)
@@ -43,8 +43,8 @@ class Ameegc(ExponentModel):
 
     @property
     @override
-    def always_monotone(self) -> bool:
-        return self.order <= 1
+    def properties(self) -> frozenset[Property]:
+        return frozenset(Property) - ({Property.MONOTONE} if self.order > 1 else set())
 
     @property
     @override
@@ -56,22 +56,38 @@ class Ameegc(ExponentModel):
     def identity(self) -> Floats:
         return np.array([0.0, np.sqrt(np.e), np.sqrt(2 * np.e)])[: self.order + 1]
 
+    @property
+    @override
+    def lower(self) -> "Ameegc | None":
+        return Ameegc(order=self.order - 1) if self.order else None
+
+    @override
+    def promoted(self, parameters: Floats) -> Floats:
+        last = (
+            np.sqrt(2) * parameters[..., 1]
+            if self.order > 1
+            else np.full_like(parameters[..., 0], np.sqrt(np.e))
+        )
+        return np.concatenate([parameters, last[..., np.newaxis]], axis=-1)
+
     @override
     def coefficients(self, parameters: Floats) -> Floats:
         alpha = parameters.copy()
         if self.order >= 1:
-            alpha[1] = np.e - parameters[1] ** 2
+            alpha[..., 1] = np.e - parameters[..., 1] ** 2
         if self.order == 2:  # noqa: PLR2004 - the order in the paper's own numbering
-            alpha[2] = parameters[1] ** 2 - parameters[2] ** 2 / 2
+            alpha[..., 2] = parameters[..., 1] ** 2 - parameters[..., 2] ** 2 / 2
         return alpha
 
     @override
     def coefficient_jacobian(self, parameters: Floats) -> Floats:
-        jacobian = np.eye(parameters.size)
+        jacobian = np.zeros((*parameters.shape, self.order + 1))
+        jacobian[..., 0, 0] = 1.0
         if self.order >= 1:
-            jacobian[1, 1] = -2 * parameters[1]
+            jacobian[..., 1, 1] = -2 * parameters[..., 1]
         if self.order == 2:  # noqa: PLR2004 - as above
-            jacobian[2, 1:] = 2 * parameters[1], -parameters[2]
+            jacobian[..., 2, 1] = 2 * parameters[..., 1]
+            jacobian[..., 2, 2] = -parameters[..., 2]
         return jacobian
 
 

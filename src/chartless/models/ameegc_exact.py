@@ -6,14 +6,14 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
-from chartless.models._base import register_model
-from chartless.models._exponent import ExponentModel
+from chartless.models._base import Property, register_model
+from chartless.models._exponent import PolynomialExponentModel
 from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class AmeegcExact(ExponentModel):
+class AmeegcExact(PolynomialExponentModel):
     r"""Exact monotone EEGC of order 2, with parameters a, s and c.
 
     An EEGC increases exactly where :math:`\psi' \le h`, :math:`h(I) = -1/(I \ln I)`. On
@@ -46,8 +46,8 @@ class AmeegcExact(ExponentModel):
 
     @property
     @override
-    def always_monotone(self) -> bool:
-        return True
+    def properties(self) -> frozenset[Property]:
+        return frozenset(Property) - {Property.EXTENSIBLE}
 
     @property
     @override
@@ -68,27 +68,25 @@ class AmeegcExact(ExponentModel):
 
     @override
     def coefficients(self, parameters: Floats) -> Floats:
-        a, s, c = parameters
+        a, s, c = np.moveaxis(parameters, -1, 0)
         log_t = -np.logaddexp(0.0, -c)
         t = np.exp(log_t)
-        return np.array(
-            [
-                a,
-                -(2 * log_t + 1) / (t * log_t**2) - s**2,
-                (log_t + 1) / (2 * t**2 * log_t**2),
-            ]
-        )
+        slope = -(2 * log_t + 1) / (t * log_t**2) - s**2
+        return np.stack([a, slope, (log_t + 1) / (2 * t**2 * log_t**2)], axis=-1)
 
     @override
     def coefficient_jacobian(self, parameters: Floats) -> Floats:
-        _, s, c = parameters
+        _, s, c = np.moveaxis(parameters, -1, 0)
         log_t = -np.logaddexp(0.0, -c)
         t = np.exp(log_t)
         curvature = -(2 * log_t**2 + 3 * log_t + 2) / (t * log_t) ** 3  # h''(t) > 0
         dt = t * np.exp(-np.logaddexp(0.0, c))  # dt/dc = t (1 − t)
-        return np.array(
-            [[1.0, 0.0, 0.0], [0.0, -2 * s, -t * curvature * dt], [0.0, 0.0, curvature * dt / 2]]
-        )
+        jacobian = np.zeros((*parameters.shape, 3))
+        jacobian[..., 0, 0] = 1.0
+        jacobian[..., 1, 1] = -2 * s
+        jacobian[..., 1, 2] = -t * curvature * dt
+        jacobian[..., 2, 2] = curvature * dt / 2
+        return jacobian
 
 
 register_model(AmeegcExact())

@@ -6,14 +6,15 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
-from chartless.models._base import register_model
-from chartless.models._exponent import ExponentModel
+from chartless.models._base import Property, register_model
+from chartless.models._exponent import PolynomialExponentModel
+from chartless.models._orders import HIGHEST_ORDER
 from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Eegc(ExponentModel):
+class Eegc(PolynomialExponentModel):
     r"""EEGC of order N: :math:`f(I) = I^{\exp\psi(I)}`, :math:`\psi = \sum_{j=0}^N \alpha_j I^j`.
 
     Extensible (order N contains order N − 1), always bounded and through both ends,
@@ -31,8 +32,8 @@ class Eegc(ExponentModel):
 
     @property
     @override
-    def always_monotone(self) -> bool:
-        return self.order == 0
+    def properties(self) -> frozenset[Property]:
+        return frozenset(Property) - ({Property.MONOTONE} if self.order else set())
 
     @property
     @override
@@ -44,14 +45,19 @@ class Eegc(ExponentModel):
     def identity(self) -> Floats:
         return np.zeros(self.order + 1)
 
+    @property
+    @override
+    def lower(self) -> "Eegc | None":
+        return Eegc(order=self.order - 1) if self.order else None
+
     @override
     def coefficients(self, parameters: Floats) -> Floats:
         return parameters
 
     @override
     def coefficient_jacobian(self, parameters: Floats) -> Floats:
-        return np.eye(parameters.size)
+        return np.broadcast_to(np.eye(self.order + 1), (*parameters.shape, self.order + 1))
 
 
-# Orders 0 … 6 are those the source paper compares; Eegc(order=N) serves any other.
-register_model(*(Eegc(order=order) for order in range(7)))
+# The source paper compares orders 0 … 6; Eegc(order=N) serves any other.
+register_model(*(Eegc(order=order) for order in range(HIGHEST_ORDER + 1)))

@@ -6,14 +6,14 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
-from chartless.models._base import register_model
-from chartless.models._exponent import ExponentModel
+from chartless.models._base import Property, register_model
+from chartless.models._exponent import PolynomialExponentModel
 from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Gamma(ExponentModel):
+class Gamma(PolynomialExponentModel):
     """f(I) = I^γ with γ > 0; a display gamma of 2.2 is met by γ = 1/2.2.
 
     Examples
@@ -33,8 +33,8 @@ class Gamma(ExponentModel):
 
     @property
     @override
-    def always_monotone(self) -> bool:
-        return True
+    def properties(self) -> frozenset[Property]:
+        return frozenset(Property) - {Property.EXTENSIBLE, Property.COMPACT}
 
     @property
     @override
@@ -57,7 +57,7 @@ class Gamma(ExponentModel):
 
     @override
     def coefficient_jacobian(self, parameters: Floats) -> Floats:
-        return 1.0 / parameters[:, np.newaxis]
+        return 1.0 / parameters[..., np.newaxis]
 
 
 register_model(Gamma())

@@ -1,0 +1,179 @@
+"""Nonlinear least squares for many small problems at once, with or without linear constraints.
+
+One problem is a few parameters and some thousand residuals; a solver called once for each
+spends its time between the calls. Here all problems take their steps together as arrays of
+shape (B, …), and a problem that has converged drops out.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from chartless._quadratic import constrained_step
+from chartless.types import Bools, Floats, Indices
+
+Function = Callable[[Floats, Indices], tuple[Floats, Floats]]
+"""(parameters (A, P), which problems (A,)) → residuals (A, N) and Jacobians (A, N, P)."""
+
+Inequalities = Callable[[Floats], tuple[Floats, Floats]]
+"""Parameters (P,) → C (M, P) and d (M,) of the side constraints C p ≤ d there."""
+
+_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-4, 1e-14, 1e12
+_LEAST_GAIN = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solutions:
+    """Where B searches ended."""
+
+    parameters: Floats
+    """Shape (B, P)."""
+    cost: Floats
+    """Sum of squared residuals, shape (B,)."""
+    converged: Bools
+    """Shape (B,); False where the limit of iterations came first."""
+    evaluations: int
+    """Of the function for one problem, in all."""
+
+
+def least_squares(
+    function: Function,
+    start: Floats,
+    *,
+    bounds: tuple[Floats, Floats],
+    inequalities: Inequalities | None = None,
+    tolerance: float = 1e-12,
+    iterations: int = 200,
+) -> Solutions:
+    """Minimise sums of squares by the method of Levenberg and Marquardt.
+
+    Parameters
+    ----------
+    function : Function
+        Residuals and their derivatives. A residual that is not finite rejects the step.
+    start : ndarray, shape (B, P)
+        Must be allowed.
+    bounds : (ndarray, ndarray), each of shape (P,)
+        Excluded; a step stops nine tenths of the way to one.
+    inequalities : Inequalities, optional
+        Side constraints; each step is the solution of a quadratic program.
+    tolerance : float
+        A problem has converged when the linear model promises to lower the sum of squares
+        by less than this part of it.
+    iterations : int
+        Evaluations per problem, at most.
+
+    Returns
+    -------
+    Solutions
+
+    Notes
+    -----
+    Moré, *The Levenberg–Marquardt algorithm: implementation and theory* (1978), for the scale
+    of the parameters; Nielsen, *Damping parameter in Marquardt's method* (1999), for the damping.
+    The Jacobian goes through a QR factorisation: normal equations would square its condition.
+    """
+    n_problems, n_parameters = start.shape
+    parameters, cost = start.copy(), np.full(n_problems, np.inf)
+    converged = np.zeros(n_problems, dtype=bool)
+    triangle = np.zeros((n_problems, n_parameters, n_parameters))
+    right = np.zeros((n_problems, n_parameters))
+    scale = np.zeros((n_problems, n_parameters))
+    damping = np.full(n_problems, _FIRST_DAMPING)
+    growth = np.full(n_problems, 2.0)
+
+    trial, predicted = start.copy(), np.full(n_problems, np.inf)
+    active = np.arange(n_problems)
+    evaluations = 0
+    for _ in range(iterations):
+        residual, jacobian = function(trial[active], active)
+        evaluations += active.size
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            trial_cost = np.einsum("ij,ij->i", residual, residual)
+            gain = (cost[active] - trial_cost) / predicted[active]
+        # The very first point has nothing to be compared with.
+        better = np.isfinite(trial_cost) & ((gain > _LEAST_GAIN) | np.isinf(cost[active]))
+
+        moved = active[better]
+        parameters[moved], cost[moved] = trial[moved], trial_cost[better]
+        joined = np.concatenate([jacobian[better], residual[better, :, np.newaxis]], axis=2)
+        factor = _triangle(joined)
+        triangle[moved] = factor[:, :n_parameters, :n_parameters]
+        right[moved] = factor[:, :n_parameters, n_parameters]
+        scale[moved] = np.maximum(scale[moved], np.linalg.norm(triangle[moved], axis=1))
+        known = np.isfinite(gain)
+        shrink = np.maximum(1 / 3, 1 - (2 * np.where(known, gain, 1.0)[better].clip(0, 2) - 1) ** 3)
+        damping[moved] = (damping[moved] * shrink).clip(min=_LEAST_DAMPING)
+        growth[moved] = 2.0
+        stuck = active[~better]
+        damping[stuck] *= growth[stuck]
+        growth[stuck] *= 2.0
+
+        delta, predicted[active] = _damped_step(
+            triangle[active],
+            right[active],
+            scale[active],
+            damping[active],
+            parameters=parameters[active],
+            inequalities=inequalities,
+        )
+        done = (
+            (predicted[active] * damping[active].clip(min=1) <= tolerance * cost[active])
+            | (damping[active] > _MOST_DAMPING)
+            | ~np.isfinite(cost[active])
+        )
+        converged[active[done]] = np.isfinite(cost[active[done]])
+        trial[active] = _inside(parameters[active], delta, bounds)
+        active = active[~done]
+        if active.size == 0:
+            break
+    return Solutions(parameters, cost, converged, evaluations)
+
+
+def _damped_step(
+    triangle: Floats,
+    right: Floats,
+    scale: Floats,
+    damping: Floats,
+    *,
+    parameters: Floats,
+    inequalities: Inequalities | None,
+) -> tuple[Floats, Floats]:
+    """Minimiser of |T δ + r|² + damping |scale δ|², and how much it lowers |T δ + r|²."""
+    n_parameters = scale.shape[1]
+    unit = np.where(scale > 0, scale, 1.0)
+    damper = np.sqrt(damping)[:, np.newaxis, np.newaxis] * np.eye(n_parameters)
+    if inequalities is None:
+        stacked = np.concatenate([triangle / unit[:, np.newaxis, :], damper], axis=1)
+        below = np.zeros((*right.shape, 1))
+        joined = np.concatenate([right[:, :, np.newaxis], below], axis=1)
+        factor = _triangle(np.concatenate([stacked, joined], axis=2))
+        square, side = factor[:, :n_parameters, :n_parameters], factor[:, :n_parameters, -1:]
+        delta = -np.linalg.solve(square, side)[:, :, 0] / unit
+    else:
+        stacked = np.concatenate([triangle, damper * unit[:, np.newaxis, :]], axis=1)
+        below = np.zeros(n_parameters)
+        delta = np.empty_like(parameters)
+        for k, here in enumerate(parameters):
+            rows, limit = inequalities(here)
+            delta[k] = constrained_step(
+                stacked[k], np.concatenate([right[k], below]), rows, limit - rows @ here
+            )
+    change = np.einsum("bij,bj->bi", triangle, delta)
+    predicted = -np.einsum("bi,bi->b", change, change + 2 * right)
+    return delta, predicted.clip(min=0)
+
+
+def _triangle(matrices: Floats) -> Floats:
+    """R of the QR factorisation of each matrix (A, N, P), shape (A, P, P)."""
+    return np.asarray(np.linalg.qr(matrices, mode="r"))
+
+
+def _inside(parameters: Floats, delta: Floats, bounds: tuple[Floats, Floats]) -> Floats:
+    """Parameters after the step, nine tenths of the way to a bound where it would leave them."""
+    least, greatest = bounds
+    moved = parameters + delta
+    with np.errstate(invalid="ignore"):
+        moved = np.where(moved <= least, parameters + 0.9 * (least - parameters), moved)
+        return np.where(moved >= greatest, parameters + 0.9 * (greatest - parameters), moved)

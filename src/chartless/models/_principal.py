@@ -1,0 +1,169 @@
+"""Principal components of measured curves, on which the EMoR families stand.
+
+A basis is a mean curve and orthonormal components on a uniform grid; between two points of
+the grid curves are straight lines. The basis of the package is computed from the Database of
+Response Functions by ``scripts/fit_emor.py``; `principal_basis` makes one from other curves,
+for instance without the camera on which a method is to be tested.
+"""
+
+from abc import abstractmethod
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.errors import ParameterError
+from chartless.models._linear import LinearModel
+from chartless.types import Floats
+
+N_COMPONENTS = 25
+"""As many as Grossberg and Nayar publish."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Basis:
+    """Mean and principal components of curves on a uniform grid over [0, 1]."""
+
+    mean: Floats
+    """Shape (n,)."""
+    components: Floats
+    """Orthonormal rows, the one of greatest variance first, shape (K, n)."""
+    deviations: Floats
+    """Standard deviation of the curves along each component, shape (K,)."""
+
+
+def principal_basis(curves: Floats, n_components: int = N_COMPONENTS) -> Basis:
+    """Mean and principal components of curves.
+
+    Parameters
+    ----------
+    curves : ndarray, shape (B, n)
+        Values on a uniform grid; a row for each curve.
+    n_components : int
+        At most B − 1.
+
+    Returns
+    -------
+    Basis
+        The sign of a component is such that its largest entry is positive.
+    """
+    mean = curves.mean(axis=0)
+    _, singular, rows = np.linalg.svd(curves - mean, full_matrices=False)
+    components = rows[:n_components]
+    largest = np.abs(components).argmax(axis=1)
+    components = components * np.sign(components[range(len(components)), largest])[:, np.newaxis]
+    return Basis(mean, components, singular[:n_components] / np.sqrt(len(curves)))
+
+
+@cache
+def measured_basis(kind: str) -> Basis:
+    """Basis of 201 measured cameras: of ``"response"``, ``"inverse"`` or ``"log_response"``.
+
+    The logarithm is that of the response on the grid without black, where it is infinite.
+    """
+    with resources.files("chartless.models").joinpath("emor.npz").open("rb") as file:
+        data = np.load(file)
+        rows = data[kind].astype(np.float64)
+        return Basis(rows[0], rows[1:], data[f"{kind}_deviations"].astype(np.float64))
+
+
+def interpolate(nodes: Floats, x: Floats) -> Floats:
+    """Values at x (N,) of lines through nodes (..., n) on a uniform grid, shape (..., N)."""
+    place = x * (nodes.shape[-1] - 1)
+    below = np.minimum(place.astype(np.intp), nodes.shape[-1] - 2)
+    share = place - below
+    values: Floats = nodes[..., below] * (1 - share) + nodes[..., below + 1] * share
+    return values
+
+
+def interpolated_slope(nodes: Floats, x: Floats) -> Floats:
+    """Slopes of these lines, shape (..., N); at a node that of the line above it."""
+    below = np.minimum((x * (nodes.shape[-1] - 1)).astype(np.intp), nodes.shape[-1] - 2)
+    slopes: Floats = (nodes[..., below + 1] - nodes[..., below]) * (nodes.shape[-1] - 1)
+    return slopes
+
+
+def invert_nodes(nodes: Floats, y: Floats) -> Floats:
+    """Where the running maximum of lines through nodes (n,) takes values (N,)."""
+    rising = np.maximum.accumulate(nodes)
+    above = np.searchsorted(rising, y).clip(1, nodes.size - 1)
+    low, high = rising[above - 1], rising[above]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(high > low, (y - low) / (high - low), 1.0).clip(0, 1)
+    places: Floats = (above - 1 + share) / (nodes.size - 1)
+    return places
+
+
+def checked_order(family: str, order: int, basis: Basis | None) -> None:
+    """Raise ParameterError unless the basis has order + 1 components."""
+    available = N_COMPONENTS if basis is None else len(basis.components)
+    if not 0 <= order < available:
+        msg = f"{family} has the orders 0 to {available - 1}, not {order}"
+        raise ParameterError(msg)
+
+
+def coefficient_names(order: int) -> tuple[str, ...]:
+    """Names of N + 1 parameters, from ``c1``."""
+    return tuple(f"c{j}" for j in range(1, order + 2))
+
+
+@dataclass(frozen=True, slots=True)
+class PrincipalModel(LinearModel):
+    """f = mean + Σ_j c_j component_j of measured responses.
+
+    Parameters
+    ----------
+    order : int
+        One less than the number of components.
+    basis : Basis, optional
+        Of responses; without, that of 201 measured cameras.
+    """
+
+    order: int = 4
+    basis: Basis | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        checked_order(self.family, self.order, self.basis)
+
+    @abstractmethod
+    def _with_order(self, order: int) -> "PrincipalModel": ...
+
+    @property
+    @override
+    def parameter_names(self) -> tuple[str, ...]:
+        return coefficient_names(self.order)
+
+    @property
+    @override
+    def identity(self) -> Floats:
+        mean, components = self.nodes
+        linear: Floats = components @ (np.linspace(0, 1, mean.size) - mean)
+        return linear
+
+    @property
+    @override
+    def lower(self) -> "PrincipalModel | None":
+        return self._with_order(self.order - 1) if self.order else None
+
+    @property
+    def nodes(self) -> tuple[Floats, Floats]:
+        """Mean (n,) and as many components (P, n) as there are parameters."""
+        basis = self.basis or measured_basis("response")
+        return basis.mean, basis.components[: self.order + 1]
+
+    @override
+    def design(self, x: Floats) -> tuple[Floats, Floats]:
+        mean, components = self.nodes
+        return interpolate(mean, x), interpolate(components, x).T
+
+    @override
+    def design_slope(self, x: Floats) -> tuple[Floats, Floats]:
+        mean, components = self.nodes
+        return interpolated_slope(mean, x), interpolated_slope(components, x).T
+
+    @override
+    def _inverse(self, y: Floats, parameters: Floats) -> Floats:
+        mean, components = self.nodes
+        return invert_nodes(mean + parameters @ components, y)
