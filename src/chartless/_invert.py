@@ -97,7 +97,7 @@ def invert_on_grid(
     values = np.maximum.accumulate(function(grid)[0])
     above = np.searchsorted(values, target).clip(1, grid.size - 1)
     low, high = grid[above - 1], grid[above]
-    with np.errstate(invalid="ignore"):  # values may be as large as float64 allows
+    with np.errstate(all="ignore"):  # values may be equal, or as large as float64 allows
         share = (target - values[above - 1]) / (values[above] - values[above - 1])
     start = low + np.where(np.isfinite(share), share, 0.5).clip(0, 1) * (high - low)
     return invert_increasing(function, target, low, high, start, tolerance=tolerance)

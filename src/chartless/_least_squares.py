@@ -21,6 +21,7 @@ Inequalities = Callable[[Floats], tuple[Floats, Floats]]
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-4, 1e-14, 1e12
 _LEAST_GAIN = 1e-4
+_STOP = 0.9  # of the way to a bound is as far as a step goes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +46,7 @@ def least_squares(
     inequalities: Inequalities | None = None,
     tolerance: float = 1e-12,
     iterations: int = 200,
+    at_once: int | None = None,
 ) -> Solutions:
     """Minimise sums of squares by the method of Levenberg and Marquardt.
 
@@ -63,6 +65,9 @@ def least_squares(
         by less than this part of it.
     iterations : int
         Evaluations per problem, at most.
+    at_once : int, optional
+        How many problems are at work, at most; the next one begins when one has ended, so that
+        their Jacobians stay in the cache. By default all.
 
     Returns
     -------
@@ -84,11 +89,13 @@ def least_squares(
     growth = np.full(n_problems, 2.0)
 
     trial, predicted = start.copy(), np.full(n_problems, np.inf)
-    active = np.arange(n_problems)
-    evaluations = 0
-    for _ in range(iterations):
+    used = np.zeros(n_problems, dtype=np.intp)
+    room = n_problems if at_once is None else at_once
+    begun = min(room, n_problems)
+    active = np.arange(begun)
+    while active.size:
         residual, jacobian = function(trial[active], active)
-        evaluations += active.size
+        used[active] += 1
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             trial_cost = np.einsum("ij,ij->i", residual, residual)
             gain = (cost[active] - trial_cost) / predicted[active]
@@ -97,8 +104,7 @@ def least_squares(
 
         moved = active[better]
         parameters[moved], cost[moved] = trial[moved], trial_cost[better]
-        joined = np.concatenate([jacobian[better], residual[better, :, np.newaxis]], axis=2)
-        factor = _triangle(joined)
+        factor = _triangle(_joined(jacobian, residual, better))
         triangle[moved] = factor[:, :n_parameters, :n_parameters]
         right[moved] = factor[:, :n_parameters, n_parameters]
         scale[moved] = np.maximum(scale[moved], np.linalg.norm(triangle[moved], axis=1))
@@ -116,6 +122,7 @@ def least_squares(
             scale[active],
             damping[active],
             parameters=parameters[active],
+            bounds=bounds,
             inequalities=inequalities,
         )
         done = (
@@ -124,11 +131,11 @@ def least_squares(
             | ~np.isfinite(cost[active])
         )
         converged[active[done]] = np.isfinite(cost[active[done]])
-        trial[active] = _inside(parameters[active], delta, bounds)
-        active = active[~done]
-        if active.size == 0:
-            break
-    return Solutions(parameters, cost, converged, evaluations)
+        trial[active] = parameters[active] + delta
+        active = active[~done & (used[active] < iterations)]
+        following = np.arange(begun, min(begun + room - active.size, n_problems))
+        active, begun = np.concatenate([active, following]), begun + following.size
+    return Solutions(parameters, cost, converged, int(used.sum()))
 
 
 def _damped_step(
@@ -138,22 +145,24 @@ def _damped_step(
     damping: Floats,
     *,
     parameters: Floats,
+    bounds: tuple[Floats, Floats],
     inequalities: Inequalities | None,
 ) -> tuple[Floats, Floats]:
     """Minimiser of |T δ + r|² + damping |scale δ|², and how much it lowers |T δ + r|²."""
-    n_parameters = scale.shape[1]
     unit = np.where(scale > 0, scale, 1.0)
-    damper = np.sqrt(damping)[:, np.newaxis, np.newaxis] * np.eye(n_parameters)
+    damper = np.sqrt(damping)[:, np.newaxis, np.newaxis] * np.eye(scale.shape[1])
     if inequalities is None:
-        stacked = np.concatenate([triangle / unit[:, np.newaxis, :], damper], axis=1)
-        below = np.zeros((*right.shape, 1))
-        joined = np.concatenate([right[:, :, np.newaxis], below], axis=1)
-        factor = _triangle(np.concatenate([stacked, joined], axis=2))
-        square, side = factor[:, :n_parameters, :n_parameters], factor[:, :n_parameters, -1:]
-        delta = -np.linalg.solve(square, side)[:, :, 0] / unit
+        delta = _free_step(triangle, right, unit, damper)
+        for k in map(int, np.flatnonzero(np.any(_leaves(parameters + delta, bounds), axis=1))):
+            rows, ways = _sides(parameters[k], bounds)
+            stacked = np.concatenate([triangle[k], damper[k] * unit[k]])
+            below = np.zeros(scale.shape[1])
+            delta[k] = constrained_step(stacked, np.append(right[k], below), rows, _STOP * ways)
+        # Nine tenths of the way to the next number are the whole way.
+        delta[_leaves(parameters + delta, bounds)] = 0.0
     else:
         stacked = np.concatenate([triangle, damper * unit[:, np.newaxis, :]], axis=1)
-        below = np.zeros(n_parameters)
+        below = np.zeros(scale.shape[1])
         delta = np.empty_like(parameters)
         for k, here in enumerate(parameters):
             rows, limit = inequalities(here)
@@ -165,15 +174,41 @@ def _damped_step(
     return delta, predicted.clip(min=0)
 
 
+def _free_step(triangle: Floats, right: Floats, unit: Floats, damper: Floats) -> Floats:
+    """Minimiser of |T δ + r|² + |D unit δ|² for each problem."""
+    n_parameters = unit.shape[1]
+    stacked = np.concatenate([triangle / unit[:, np.newaxis, :], damper], axis=1)
+    below = np.zeros((*right.shape, 1))
+    joined = np.concatenate([right[:, :, np.newaxis], below], axis=1)
+    factor = _triangle(np.concatenate([stacked, joined], axis=2))
+    square, side = factor[:, :n_parameters, :n_parameters], factor[:, :n_parameters, -1:]
+    delta: Floats = -np.linalg.solve(square, side)[:, :, 0] / unit
+    return delta
+
+
+def _joined(jacobian: Floats, residual: Floats, chosen: Bools) -> Floats:
+    """Jacobians with the residuals as their last column, each column contiguous for LAPACK."""
+    if not np.all(chosen):
+        jacobian, residual = jacobian[chosen], residual[chosen]
+    n_problems, n_residuals, n_parameters = jacobian.shape
+    columns = np.zeros((n_problems, n_parameters + 1, max(n_residuals, n_parameters)))
+    columns[:, :-1, :n_residuals] = np.swapaxes(jacobian, 1, 2)
+    columns[:, -1, :n_residuals] = residual
+    return np.swapaxes(columns, 1, 2)
+
+
 def _triangle(matrices: Floats) -> Floats:
     """R of the QR factorisation of each matrix (A, N, P), shape (A, P, P)."""
     return np.asarray(np.linalg.qr(matrices, mode="r"))
 
 
-def _inside(parameters: Floats, delta: Floats, bounds: tuple[Floats, Floats]) -> Floats:
-    """Parameters after the step, nine tenths of the way to a bound where it would leave them."""
-    least, greatest = bounds
-    moved = parameters + delta
-    with np.errstate(invalid="ignore"):
-        moved = np.where(moved <= least, parameters + 0.9 * (least - parameters), moved)
-        return np.where(moved >= greatest, parameters + 0.9 * (greatest - parameters), moved)
+def _leaves(parameters: Floats, bounds: tuple[Floats, Floats]) -> Bools:
+    """Which parameters are not within their bounds."""
+    return np.asarray((parameters <= bounds[0]) | (parameters >= bounds[1]))
+
+
+def _sides(parameters: Floats, bounds: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Directions (M, P) to the bounds, of those that there are, and how far they are (M,)."""
+    directions = np.concatenate([-np.eye(parameters.size), np.eye(parameters.size)])
+    ways = np.concatenate([parameters - bounds[0], bounds[1] - parameters])
+    return directions[np.isfinite(ways)], ways[np.isfinite(ways)]

@@ -54,6 +54,9 @@ def constrained_step(triangle: Floats, right: Floats, rows: Floats, room: Floats
     if distance <= 0 or residual[-1] <= 0:
         msg = "the inequalities contradict each other"
         raise ValueError(msg)
-    shift = -residual[:-1] / residual[-1] * unit
+    # −residual[:-1] / residual[-1] is the shift, but for cancellation: only which inequalities
+    # are in force comes from it.
+    active = multipliers > 0
+    shift = np.linalg.lstsq(inward[active], least[active], rcond=None)[0]
     step: Floats = free + np.linalg.solve(upper, shift)
     return step

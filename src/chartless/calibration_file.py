@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from chartless._files import atomic_path
+from chartless._files import write_text
 from chartless.calibration import Calibration
 from chartless.cooccurrence import MIN_LEVELS, Cooccurrence
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
@@ -58,8 +58,7 @@ def save(calibration: Calibration, path: str | os.PathLike[str]) -> None:
         If the folder is missing or not writable.
     """
     text = json.dumps(to_json(calibration), ensure_ascii=False, allow_nan=False)
-    with atomic_path(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    write_text(path, text + "\n")
 
 
 def load(path: str | os.PathLike[str]) -> Calibration:

@@ -8,17 +8,16 @@ import numpy as np
 
 from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
+from chartless.types import Floats
 
 
 def read_curve(path: str | os.PathLike[str]) -> SampledCurve:
-    """Read a response curve.
+    """Read a response curve, from (0, 0) to (1, 1) and never decreasing.
 
     Parameters
     ----------
     path : Path
-        Either ``.json`` as ``chartless simulate`` writes it, or text with a sample in each
-        line: irradiance and brightness, separated by comma, semicolon or white space.
-        Lines that begin with ``#``, and one line of column names at the top, are skipped.
+        As for `read_samples`.
 
     Returns
     -------
@@ -29,6 +28,34 @@ def read_curve(path: str | os.PathLike[str]) -> SampledCurve:
     ParameterError
         If the file cannot be read or holds no response curve.
     """
+    irradiance, brightness = read_samples(path)
+    try:
+        return SampledCurve(tuple(irradiance.tolist()), tuple(brightness.tolist()))
+    except ParameterError as error:
+        msg = f"{path}: {error}"
+        raise ParameterError(msg) from error
+
+
+def read_samples(path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
+    """Read samples of a measured curve, whatever their range and order.
+
+    Parameters
+    ----------
+    path : Path
+        Either ``.json`` as ``chartless simulate`` writes it, or text with a sample in each
+        line: irradiance and brightness, separated by comma, semicolon or white space.
+        Lines that begin with ``#``, and one line of column names at the top, are skipped.
+
+    Returns
+    -------
+    (ndarray of float, ndarray of float), each of shape (N,)
+        Irradiance and brightness.
+
+    Raises
+    ------
+    ParameterError
+        If the file cannot be read or holds no numbers.
+    """
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -37,13 +64,13 @@ def read_curve(path: str | os.PathLike[str]) -> SampledCurve:
         raise ParameterError(msg) from error
     try:
         samples = _from_json(text) if path.suffix.lower() == ".json" else _from_text(text)
-        return SampledCurve(tuple(samples[:, 0].tolist()), tuple(samples[:, 1].tolist()))
     except (TypeError, ValueError, RecursionError) as error:
         msg = f"{path}: {error}"
         raise ParameterError(msg) from error
+    return samples[:, 0], samples[:, 1]
 
 
-def _from_json(text: str) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
+def _from_json(text: str) -> Floats:
     content = json.loads(text)
     if not isinstance(content, dict) or "response_lut" not in content:
         msg = "holds no response_lut; give the truth.json of chartless simulate, or a CSV file"
@@ -52,7 +79,7 @@ def _from_json(text: str) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]"
     return np.column_stack([np.linspace(0.0, 1.0, brightness.size), brightness])
 
 
-def _from_text(text: str) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
+def _from_text(text: str) -> Floats:
     rows: list[list[float]] = []
     lines = (line.strip() for line in text.splitlines())
     for number, line in enumerate(lines, start=1):

@@ -5,6 +5,7 @@ Every leaf also inherits the builtin that fits it, so library code may catch
 `ChartlessError` on one line and exits with status 2; it never prints a traceback.
 """
 
+import re
 from collections.abc import Collection
 from difflib import get_close_matches
 
@@ -27,7 +28,20 @@ class UnknownNameError(ChartlessError, LookupError):
         kind, name, known = self.args
         close = get_close_matches(name.lower(), known, n=1)
         hint = f" Did you mean {close[0]!r}?" if close else ""
-        return f"unknown {kind} {name!r}.{hint} Available: {', '.join(known)}."
+        return f"unknown {kind} {name!r}.{hint} Available: {', '.join(_abridged(known))}."
+
+
+def _abridged(names: Collection[str]) -> list[str]:
+    """Names that differ by a number alone as one: eegc0, eegc1, eegc2 as ``eegc0…2``."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name in names:
+        groups.setdefault(tuple(re.split(r"\d+", name, maxsplit=1)), []).append(name)
+    shown = []
+    for parts, members in groups.items():
+        numbers = [name[len(parts[0]) : len(name) - len(parts[-1])] for name in members]
+        many = len(members) > 2  # noqa: PLR2004 - two are as short in full
+        shown += [f"{parts[0]}{numbers[0]}…{numbers[-1]}{parts[-1]}"] if many else members
+    return shown
 
 
 class _FileError(ChartlessError, OSError):

@@ -10,8 +10,8 @@ from chartless.errors import ParameterError
 from chartless.models import MODELS, AbstractModel, LinearModel
 from chartless.types import Bools, Floats, Indices
 
-# Numbers in the Jacobians that are at work at once: 2 MB stay in a processor's cache.
-_CHUNK = 2**18
+# Numbers in residuals and Jacobians that are at work at once: 1 MB stays in the cache.
+_CHUNK = 2**17
 # Where a parameter moves no sample by more than this share of what the others do, it is
 # not determined.
 _RANK = 1e-12
@@ -32,6 +32,8 @@ class Fit:
     (after weighting); infinite where the samples do not determine a parameter, zero across
     side constraints in force."""
     n_samples: int
+    n_free: float
+    """Effective number of parameters: without a penalty, those that no side constraint holds."""
     converged: bool
     """False if the limit of iterations came first."""
 
@@ -39,6 +41,11 @@ class Fit:
     def standard_errors(self) -> Floats:
         """Deviation of each parameter, shape (P,)."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def increases(self) -> bool:
+        """Whether the curve never decreases; see `AbstractModel.increases`."""
+        return self.model.increases(self.parameters)
 
     def response(self, irradiance: npt.ArrayLike) -> Floats:
         """Brightness of the fitted curve; see `AbstractModel.response`."""
@@ -113,7 +120,7 @@ def fit_many(
         As for `fit`.
     """
     family = MODELS[model] if isinstance(model, str) else model
-    x, y, root = _checked_samples(irradiance, curves, weights)
+    x, y, root = checked_samples(irradiance, curves, weights)
     _check_count(family, x.size)
     if isinstance(family, LinearModel) and not family.constrained:
         parameters = _solve_linear(family, x, y, root)
@@ -126,12 +133,18 @@ def fit_many(
     ]
 
 
-def _checked_samples(
-    irradiance: npt.ArrayLike, curves: npt.ArrayLike, weights: npt.ArrayLike | None
+def checked_samples(
+    irradiance: npt.ArrayLike, curves: npt.ArrayLike, weights: npt.ArrayLike | None = None
 ) -> tuple[Floats, Floats, Floats]:
-    """Irradiance (N,), curves (B, N) and roots of the weights (N,), or ParameterError."""
+    """Irradiance (N,), curves (B, N) and roots of the weights (N,).
+
+    Raises
+    ------
+    ParameterError
+        If they are no measured curves; the message says what to do.
+    """
     x = np.asarray(irradiance, dtype=np.float64)
-    y = np.asarray(curves, dtype=np.float64)
+    y = np.atleast_2d(np.asarray(curves, dtype=np.float64))
     root = np.ones_like(x) if weights is None else np.asarray(weights, dtype=np.float64)
     if x.ndim != 1 or y.ndim != 2 or y.shape[1:] != x.shape or root.shape != x.shape:  # noqa: PLR2004
         msg = (
@@ -200,16 +213,10 @@ def _search(
             begin = np.concatenate([promoted, begin], axis=1)
     else:
         begin = np.tile(np.asarray(starts, dtype=np.float64), (len(y), 1, 1))
-    n_starts = begin.shape[1]
-    size = max(1, _CHUNK // (n_starts * x.size * (family.n_parameters + 1)))
-    parameters, converged = np.empty((len(y), family.n_parameters)), np.empty(len(y), dtype=bool)
-    for first in range(0, len(y), size):
-        part = slice(first, first + size)
-        found, cost, ended = _descend(family, x, y[part], root, begin[part])
-        best = np.nanargmin(np.where(np.isfinite(cost), cost, np.inf), axis=1)
-        row = np.arange(len(best))
-        parameters[part], converged[part] = found[row, best], ended[row, best]
-    return family.repaired(parameters), converged
+    found, cost, ended = _descend(family, x, y, root, begin)
+    best = np.argmin(np.where(np.isfinite(cost), cost, np.inf), axis=1)
+    row = np.arange(len(y))
+    return family.repaired(found[row, best]), ended[row, best]
 
 
 def _descend(
@@ -217,12 +224,15 @@ def _descend(
 ) -> tuple[Floats, Floats, Bools]:
     """Local minima (A, K, P) from starts (A, K, P), their costs and whether they converged."""
     n_starts, n_parameters = starts.shape[1:]
-    penalty = family.penalty
+    penalty, weighted = family.penalty, bool(np.any(root != 1))
 
     def function(parameters: Floats, which: Indices) -> tuple[Floats, Floats]:
-        response, gradient = family.evaluate(x, parameters)
-        residual = (response - y[which // n_starts]) * root
-        jacobian = gradient * root[:, np.newaxis]
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # steps go anywhere
+            response, jacobian = family.evaluate(x, parameters)
+        residual = response - y[which // n_starts]
+        if weighted:
+            residual *= root
+            jacobian = jacobian * root[:, np.newaxis]
         if penalty is not None:
             rows = np.broadcast_to(penalty, (len(parameters), *penalty.shape))
             residual = np.concatenate([residual, parameters @ penalty.T], axis=1)
@@ -236,6 +246,7 @@ def _descend(
         starts.reshape(-1, n_parameters),
         bounds=family.bounds,
         inequalities=family.inequalities if family.constrained else None,
+        at_once=max(1, _CHUNK // (x.size * (n_parameters + 1))),
     )
     shape = starts.shape[:2]
     return (
@@ -257,37 +268,35 @@ def _finished(
     response, gradient = family.evaluate(x, parameters)
     residual = (response - y) * root
     total = float(residual @ residual)
+    free = _free_directions(family, parameters)
+    moves = gradient * root[:, np.newaxis] @ free
+    n_free = float(free.shape[1])
+    if family.penalty is not None:  # the trace of the smoother, instead of its parameters
+        moves = np.vstack([moves, family.penalty @ free])
+        n_free = float(np.sum(np.linalg.qr(moves)[0][: x.size] ** 2))
+    variance = total / (x.size - n_free) if x.size > n_free else np.inf
     return Fit(
         model=family,
         parameters=parameters,
         rmse=float(np.sqrt(total / (root @ root))),
-        covariance=_covariance(family, gradient * root[:, np.newaxis], total, parameters),
+        covariance=_covariance(moves, free, variance),
         n_samples=x.size,
+        n_free=n_free,
         converged=converged,
     )
 
 
-def _covariance(
-    family: AbstractModel, jacobian: Floats, total: float, parameters: Floats
-) -> Floats:
-    """s² (JᵀJ)⁻¹ within the directions that side constraints leave free."""
-    n_samples, n_parameters = jacobian.shape
-    if family.penalty is not None:
-        jacobian = np.vstack([jacobian, family.penalty])
-    free = _free_directions(family, parameters)
-    moves = jacobian @ free
-    degrees = n_samples - free.shape[1]
-    if family.penalty is not None:  # the trace of the smoother, instead of its parameters
-        inside = np.linalg.qr(moves)[0][:n_samples]
-        degrees = n_samples - float(np.sum(inside**2))
+def _covariance(moves: Floats, free: Floats, variance: float) -> Floats:
+    """Variance times (JᵀJ)⁻¹ within the directions F that are free, for moves J F."""
     scale = np.linalg.norm(moves, axis=0)
     known = scale > _RANK * scale.max(initial=0.0)
-    _, singular, axes = np.linalg.svd(moves / np.where(known, scale, 1.0), full_matrices=False)
+    triangle = np.linalg.qr(moves / np.where(known, scale, 1.0), mode="r")
+    _, singular, axes = np.linalg.svd(triangle, full_matrices=False)
     determined = singular > _RANK * singular.max(initial=0.0)
-    if degrees <= 0 or not np.all(known) or not np.all(determined):
-        return np.full((n_parameters, n_parameters), np.inf)
+    if np.isinf(variance) or not np.all(known) or not np.all(determined):
+        return np.full((len(free), len(free)), np.inf)
     root = free @ (axes.T / singular / scale[:, np.newaxis])
-    covariance: Floats = root @ root.T * (total / degrees)
+    covariance: Floats = root @ root.T * variance
     return covariance
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chartless._files import atomic_path, make_folder
+from chartless._files import make_folder, write_text
 from chartless.curves import AbstractCurve
 from chartless.errors import OutputError
 from chartless.images import DataType, write_image
@@ -80,6 +80,5 @@ def write_simulation(
         "bit_depth": bit_depth,
         "settings": {**settings, "seed": seed},
     }
-    with atomic_path(truth) as temporary:
-        temporary.write_text(json.dumps(content) + "\n", encoding="utf-8")
+    write_text(truth, json.dumps(content) + "\n")
     return [*paths, truth]

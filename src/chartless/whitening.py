@@ -13,7 +13,7 @@ from importlib import resources
 
 import numpy as np
 
-from chartless.models import AbstractModel
+from chartless.models import AbstractModel, PrincipalModel
 from chartless.types import Floats, JsonObject
 
 
@@ -44,7 +44,13 @@ def _file() -> JsonObject:
 
 
 def whitening(model: AbstractModel) -> Whitening:
-    """Whitening of a family; of one without fitted numbers the raw parameters themselves."""
+    """Whitening of a family; of one without fitted numbers the raw parameters themselves.
+
+    The coefficients of a principal-component family have mean 0 and are uncorrelated over
+    the curves that its basis is made from.
+    """
+    if isinstance(model, PrincipalModel):
+        return Whitening(np.zeros(model.n_parameters), np.diag(model.deviations))
     fitted = _file()["families"].get(model.name)
     if fitted is None:
         return Whitening(model.identity, np.eye(model.n_parameters))

@@ -31,6 +31,19 @@ _STILL_IMPROVING = 1e-3
 _POOR = 0.85
 
 
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FoundCurve:
+    """Where a search ended."""
+
+    parameters: Floats
+    """Of the curve, shape (P,)."""
+    noise: AffineNoise
+    status: Status
+    attained: float | None
+    """Similarity as a share of what the true model would reach; None if not a cosine."""
+    history: SearchHistory
+
+
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimilaritySearch(AbstractCalibrator):
@@ -101,6 +114,36 @@ class SimilaritySearch(AbstractCalibrator):
     def calibrate(
         self, table: Cooccurrence, *, channel: str = "Y", progress: ChannelProgress | None = None
     ) -> Response:
+        found = self.search(table, progress=progress)
+        curve = ModelCurve(self.model.name, tuple(map(float, found.parameters)))
+        response = Response(
+            name=channel,
+            curve=curve,
+            noise=found.noise,
+            n_levels=table.n_levels,
+            observed_levels=table.observed_levels,
+            n_pairs=table.n_pairs,
+            method=f"ism-{self.objective}",
+            status=found.status,
+            similarity=found.attained,
+            history=found.history,
+            table=table,
+        )
+        values = found.history.values
+        still_improving = values[-1] - values[-2] > _STILL_IMPROVING * abs(values[-1])
+        unfinished = found.status is Status.LIMIT_REACHED and still_improving
+        doubts = (
+            (Flag.SEARCH_UNFINISHED, unfinished),
+            (Flag.NOISE_AT_BOUND, _at_limit(np.log([found.noise.slope, found.noise.floor]))),
+            (Flag.MISFIT, found.attained is not None and found.attained < _POOR),
+            (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
+        )
+        return response.with_flags(*(flag for flag, holds in doubts if holds))
+
+    def search(
+        self, table: Cooccurrence, *, progress: ChannelProgress | None = None
+    ) -> "FoundCurve":
+        """Search the curve and the noise that explain a table, and judge nothing."""
         objective = OBJECTIVES[self.objective]
         pairs = objective.prepare(table.symmetric)
         brightness = half_levels(table.n_levels)
@@ -145,28 +188,13 @@ class SimilaritySearch(AbstractCalibrator):
 
         if progress is not None and len(values) <= self.rounds:
             progress(1.0)
-        last_gain = values[-1] - values[-2]
-        still_improving = last_gain > _STILL_IMPROVING * abs(values[-1])
-        response = Response(
-            name=channel,
-            curve=ModelCurve(self.model.name, tuple(map(float, whitened.colour(curve)))),
+        return FoundCurve(
+            parameters=whitened.colour(curve),
             noise=_noise(log_noise),
-            n_levels=table.n_levels,
-            observed_levels=table.observed_levels,
-            n_pairs=table.n_pairs,
-            method=f"ism-{self.objective}",
             status=status,
-            similarity=_attained(pairs, values[-1]),
+            attained=_attained(pairs, values[-1]),
             history=SearchHistory(self.objective, tuple(values), evaluations),
-            table=table,
         )
-        doubts = (
-            (Flag.SEARCH_UNFINISHED, status is Status.LIMIT_REACHED and still_improving),
-            (Flag.NOISE_AT_BOUND, _at_limit(log_noise)),
-            (Flag.MISFIT, response.similarity is not None and response.similarity < _POOR),
-            (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
-        )
-        return response.with_flags(*(flag for flag, holds in doubts if holds))
 
     def _search(self, cost: "partial[float]", start: Floats, step: float) -> Minimum:
         steps = np.full(start.size, step)

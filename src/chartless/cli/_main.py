@@ -14,9 +14,13 @@ from typer.exceptions import Abort, TyperException
 
 from chartless._version import __version__
 from chartless.cli.calibrate import calibrate
+from chartless.cli.compare import compare
 from chartless.cli.data import app as data
 from chartless.cli.demo import demo
+from chartless.cli.fit import fit
 from chartless.cli.linearize import linearize
+from chartless.cli.models import models
+from chartless.cli.reproduce import app as reproduce
 from chartless.cli.show import show
 from chartless.cli.simulate import simulate
 from chartless.errors import ChartlessError
@@ -29,9 +33,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
 )
-for command in (demo, calibrate, linearize, show, simulate):
+for command in (demo, calibrate, linearize, show, simulate, fit, compare, models):
     app.command()(command)
 app.add_typer(data, name="data")
+app.add_typer(reproduce, name="reproduce")
 
 
 def _print_version(wanted: bool) -> None:

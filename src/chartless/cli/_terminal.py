@@ -2,12 +2,16 @@
 
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from chartless.errors import ParameterError
 
 if TYPE_CHECKING:  # the library takes half a second to import: --help does without
     from chartless.calibration import Calibration
+    from chartless.experiments import OnCase
     from chartless.types import JsonObject
     from chartless.workflow import Progress
 
@@ -33,6 +37,30 @@ def progress_bar() -> Iterator["Progress | None"]:
         yield update
 
 
+@contextmanager
+def case_bar(what: str) -> Iterator["OnCase | None"]:
+    """Yield a callback that draws how many cases are done, or None off a terminal."""
+    with progress_bar() as progress:
+        if progress is None:
+            yield None
+            return
+
+        def on_case(done: int, total: int) -> None:
+            progress(f"{what} {done}/{total}", done / max(total, 1))
+
+        yield on_case
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Put the name of a file before what is wrong with its contents."""
+    try:
+        yield
+    except ParameterError as error:
+        msg = f"{path}: {error}"
+        raise ParameterError(msg) from error
+
+
 def remark(text: str) -> None:
     """Print a remark on standard error."""
     print(f"chartless: note: {text}", file=sys.stderr)
@@ -43,12 +71,14 @@ def print_json(content: "JsonObject") -> None:
     print(json.dumps(content, allow_nan=False))
 
 
-def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print aligned columns, the first flush left and the others right."""
+def print_table(
+    header: Sequence[str], rows: Sequence[Sequence[str]], *, left: Collection[int] = (0,)
+) -> None:
+    """Print aligned columns, those numbered in `left` flush left and the others right."""
     widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
     for row in (header, *rows):
         cells = (
-            cell.rjust(width) if place else cell.ljust(width)
+            cell.ljust(width) if place in left else cell.rjust(width)
             for place, (cell, width) in enumerate(zip(row, widths, strict=True))
         )
         print("  ".join(cells).rstrip())

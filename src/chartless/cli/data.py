@@ -54,13 +54,11 @@ def list_datasets(as_json: AsJson = False) -> None:
         ]
         print_json({"datasets": content})
         return
-    rows = [("name", "where", "what", "licence")]
-    for name, archive in DATASETS.items():
-        rows.append((name, str(found[name] or "not fetched"), archive.what, archive.licence))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:  # texts, so all columns are flush left
-        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        print("  ".join(cells).rstrip())
+    rows = [
+        (name, str(found[name] or "not fetched"), archive.what, archive.licence)
+        for name, archive in DATASETS.items()
+    ]
+    print_table(("name", "where", "what", "licence"), rows, left=range(4))
 
 
 @app.command()

@@ -18,7 +18,13 @@ from chartless.models._base import (
 )
 from chartless.models._exponent import ExponentModel, PolynomialExponentModel
 from chartless.models._linear import LinearModel
-from chartless.models._principal import N_COMPONENTS, Basis, measured_basis, principal_basis
+from chartless.models._principal import (
+    N_COMPONENTS,
+    Basis,
+    PrincipalModel,
+    measured_basis,
+    principal_basis,
+)
 from chartless.models.ameegc import Ameegc
 from chartless.models.ameegc_exact import AmeegcExact
 from chartless.models.conpoly import ConPoly
@@ -57,6 +63,7 @@ __all__ = [
     "Pegc",
     "Poly",
     "PolynomialExponentModel",
+    "PrincipalModel",
     "Property",
     "Table",
     "checked_brightness",

@@ -14,6 +14,8 @@ from chartless.errors import ParameterError
 from chartless.types import Bools, Floats
 
 _GRID = np.linspace(0.0, 1.0, 1025)
+_SAMPLES = np.linspace(0.0, 1.0, 1024)
+_LEAST_FALL = 1e-9
 _TOLERANCE = 5e-13  # in brightness: half of what `AbstractModel.inverse` promises
 
 
@@ -43,6 +45,13 @@ def checked_brightness(brightness: npt.ArrayLike) -> Floats:
     return values
 
 
+def _range(name: str, least: float, greatest: float) -> str:
+    """Name of a parameter and the limits that it has."""
+    if np.isinf(greatest):
+        return name if np.isinf(least) else f"{name} > {least:g}"
+    return f"{least:g} < {name} < {greatest:g}"
+
+
 @dataclass(frozen=True, slots=True)
 class AbstractModel(ABC):
     """A family of response curves f: irradiance in [0, 1] → brightness.
@@ -61,8 +70,15 @@ class AbstractModel(ABC):
     """f(I) in plain characters, for tables."""
     constrained: ClassVar[bool] = False
     """Whether `inequalities` limit the parameters beyond `bounds`."""
+    condition: ClassVar[str] = ""
+    """What `admits` asks beyond `bounds`, to follow the names of the parameters in a sentence."""
     order: int
     """An order-N family has N + 1 free parameters."""
+
+    def __post_init__(self) -> None:
+        if self.order < 0:
+            msg = f"{self.family} has the orders 0, 1, 2 …, not {self.order}"
+            raise ParameterError(msg)
 
     @property
     def name(self) -> str:
@@ -223,6 +239,15 @@ class AbstractModel(ABC):
         flat = self._gradient(x.ravel(), values)
         return flat.reshape(*values.shape[:-1], *x.shape, self.n_parameters)
 
+    def increases(self, parameters: npt.ArrayLike) -> bool:
+        """Whether a curve never decreases by more than 1e-9 between 1024 uniform irradiances.
+
+        For a family that describes g, whether g does not, at its own points. Arguments as
+        for `inverse`.
+        """
+        steps = np.diff(self._defining_values(self._checked(parameters, single=True)))
+        return bool(np.all(steps >= -_LEAST_FALL))
+
     def evaluate(self, irradiance: Floats, parameters: Floats) -> tuple[Floats, Floats]:
         """Response and gradient at once, for solvers, which know what they ask.
 
@@ -249,15 +274,18 @@ class AbstractModel(ABC):
         """Sentence about parameters that `admits` refuses or that are too few or too many."""
         names = self.parameter_names
         shown = 8  # a table has hundreds
-        ranges = [
-            name if np.isinf(least) else f"{name} > {least:g}"
-            for name, least in zip(names[:shown], self.bounds[0], strict=False)
-        ]
-        given = [f"{value:g}" for value in parameters.ravel()[: self.n_parameters + 1]]
+        ranges = list(map(_range, names[:shown], *self.bounds))
+        if parameters.ndim > 1 and parameters.shape[-1] == self.n_parameters:
+            sets = parameters.reshape(-1, self.n_parameters)
+            refused = sets[~self.admits(sets)]
+            given = [f"{value:g}" for value in refused[0]] if refused.size else ["sets of them"]
+        else:
+            given = [f"{value:g}" for value in parameters.ravel()[: self.n_parameters + 1]]
         plural = "s" if self.n_parameters > 1 else ""
         return (
             f"{self.name} takes {self.n_parameters} finite parameter{plural} "
-            f"({', '.join(ranges)}{', …' if len(names) > shown else ''}), not "
+            f"({', '.join(ranges)}{', …' if len(names) > shown else ''})"
+            f"{' ' if self.condition else ''}{self.condition}, not "
             f"{', '.join(given[:shown]) or 'none'}{', …' if len(given) > shown else ''}"
         )
 
@@ -269,6 +297,9 @@ class AbstractModel(ABC):
 
     @abstractmethod
     def _gradient(self, x: Floats, parameters: Floats) -> Floats: ...
+
+    def _defining_values(self, parameters: Floats) -> Floats:
+        return self._response(_SAMPLES, parameters)
 
     def _inverse(self, y: Floats, parameters: Floats) -> Floats:
         def response(x: Floats) -> tuple[Floats, Floats]:

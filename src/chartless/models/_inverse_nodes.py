@@ -17,7 +17,7 @@ _LEAST_SLOPE = 1e-9  # of g, where f would be vertical
 class InverseNodesModel(AbstractModel):
     """g in straight lines between n points; f is its inverse.
 
-    Where g decreases, f is that of its running maximum.
+    Where g decreases, f is that of its running maximum; so f never decreases.
     """
 
     @abstractmethod
@@ -47,7 +47,9 @@ class InverseNodesModel(AbstractModel):
         if parameters.ndim > 1:
             each = [self._response(x, one) for one in parameters.reshape(-1, self.order + 1)]
             return np.reshape(each, (*parameters.shape[:-1], x.size))
-        return invert_nodes(self._nodes(parameters), x)
+        # Where g stays at 0 or 1 for a while, f jumps there and no line leads to its end.
+        inside = invert_nodes(self._nodes(parameters), x)
+        return np.where(x == 0, 0.0, np.where(x == 1, 1.0, inside))
 
     @override
     def _derivative(self, x: Floats, parameters: Floats) -> Floats:
@@ -64,3 +66,7 @@ class InverseNodesModel(AbstractModel):
     def _inverse(self, y: Floats, parameters: Floats) -> Floats:
         nodes = np.maximum.accumulate(self._nodes(parameters))
         return interpolate(nodes, y).clip(0, 1)
+
+    @override
+    def _defining_values(self, parameters: Floats) -> Floats:
+        return self._nodes(parameters)

@@ -12,7 +12,8 @@ def polynomial(x: Floats, coefficients: Floats) -> Floats:
     """
     value = np.zeros((*coefficients.shape[:-1], x.size)) + coefficients[..., -1:]
     for power in range(coefficients.shape[-1] - 2, -1, -1):
-        value = value * x + coefficients[..., power, np.newaxis]
+        value *= x
+        value += coefficients[..., power, np.newaxis]
     return value
 
 

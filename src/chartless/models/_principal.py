@@ -153,6 +153,12 @@ class PrincipalModel(LinearModel):
         basis = self.basis or measured_basis("response")
         return basis.mean, basis.components[: self.order + 1]
 
+    @property
+    def deviations(self) -> Floats:
+        """Standard deviations of the parameters over the curves of the basis, shape (P,)."""
+        basis = self.basis or measured_basis("response")
+        return basis.deviations[: self.order + 1]
+
     @override
     def design(self, x: Floats) -> tuple[Floats, Floats]:
         mean, components = self.nodes

@@ -6,6 +6,7 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
+from chartless.errors import ParameterError
 from chartless.models._base import Property, register_model
 from chartless.models._exponent import PolynomialExponentModel
 from chartless.types import Floats
@@ -38,6 +39,11 @@ class AmeegcExact(PolynomialExponentModel):
     family: ClassVar[str] = "ameegc-exact"
     formula: ClassVar[str] = "I^exp(a + (h(t) - t h'(t) - s^2) I + h'(t)/2 I^2)"
     order: int = 2
+
+    def __post_init__(self) -> None:
+        if self.order != 2:  # noqa: PLR2004 - it is the order in the name
+            msg = f"exact AMEEGC has the order 2 only, not {self.order}"
+            raise ParameterError(msg)
 
     @property
     @override

@@ -25,6 +25,7 @@ class EmorMonotone(PrincipalModel):
 
     family: ClassVar[str] = "emor-monotone"
     constrained: ClassVar[bool] = True
+    condition: ClassVar[str] = "of a curve that never decreases"
     formula: ClassVar[str] = "f0 + c1 h1 + ... + cM hM with f' > 0"
 
     @property

@@ -6,6 +6,7 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
+from chartless.errors import ParameterError
 from chartless.models._base import Property, register_model
 from chartless.models._exponent import PolynomialExponentModel
 from chartless.types import Floats
@@ -25,6 +26,11 @@ class Gamma(PolynomialExponentModel):
     family: ClassVar[str] = "gamma"
     formula: ClassVar[str] = "I^g"
     order: int = 0
+
+    def __post_init__(self) -> None:
+        if self.order != 0:
+            msg = f"gamma has the order 0 only, not {self.order}"
+            raise ParameterError(msg)
 
     @property
     @override

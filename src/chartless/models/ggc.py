@@ -71,7 +71,7 @@ class Ggc(AbstractModel):
     def _derivative(self, x: Floats, parameters: Floats) -> Floats:
         _, gain, power = self._parts(parameters)
         with np.errstate(divide="ignore", over="ignore"):
-            slope: Floats = gain * power * x ** (power - 1)
+            slope: Floats = gain * (power * x ** (power - 1))
         return slope
 
     @override
@@ -81,7 +81,7 @@ class Ggc(AbstractModel):
         with np.errstate(divide="ignore", invalid="ignore"):
             by_power = np.where(x > 0, gain * value * np.log(x), 0.0)
         if not self.order:
-            by_gamma: Floats = -by_power * power**2  # d(1/γ)/dγ = −1/γ²
+            by_gamma: Floats = -by_power * power * power  # d(1/γ)/dγ = −1/γ², which may overflow
             return by_gamma[..., np.newaxis]
         return np.stack([np.ones_like(value), value, by_power], axis=-1)
 

@@ -23,7 +23,8 @@ from chartless.types import Floats
 class InverseEmor(InverseNodesModel):
     """g = mean + N + 1 principal components of measured inverse responses.
 
-    Grossberg and Nayar (TPAMI 2004), section 4.5. Not every member increases.
+    Grossberg and Nayar (TPAMI 2004), section 4.5. Not every g increases; f, which is that of
+    its running maximum, never decreases, but jumps where g falls.
 
     Parameters
     ----------
@@ -43,7 +44,10 @@ class InverseEmor(InverseNodesModel):
     @property
     @override
     def properties(self) -> frozenset[Property]:
-        return frozenset({Property.ENDS, Property.BOUNDED, Property.EXTENSIBLE, Property.COMPACT})
+        return frozenset(
+            {Property.ENDS, Property.MONOTONE, Property.BOUNDED, Property.EXTENSIBLE,
+             Property.COMPACT}
+        )  # fmt: skip
 
     @property
     @override

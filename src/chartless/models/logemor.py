@@ -48,7 +48,7 @@ class LogEmor(AbstractModel):
     @property
     @override
     def properties(self) -> frozenset[Property]:
-        return frozenset({Property.ENDS, Property.EXTENSIBLE})
+        return frozenset({Property.ENDS, Property.EXTENSIBLE, Property.COMPACT})
 
     @property
     @override

@@ -14,8 +14,11 @@ from chartless.types import Bools, Floats
 
 # The paper asks for 255 places or more; peaks between them are found by Newton steps.
 _PLACES = np.arange(1, 512) / 512
+# Large coefficients put peaks before the first place and after the last.
+_BEYOND = 0.5 ** np.arange(50, 9, -1)
+_SEARCHED = np.concatenate([_BEYOND, _PLACES, 1 - _BEYOND[::-1]])
 _MARGIN = 1e-9  # of the slope of ψ: keeps rounding away from a decreasing curve
-_NEWTON_STEPS = 4
+_NEWTON_STEPS = 6
 
 
 def _barrier(x: Floats) -> tuple[Floats, Floats, Floats]:
@@ -25,7 +28,7 @@ def _barrier(x: Floats) -> tuple[Floats, Floats, Floats]:
     return -1 / (x * log), (log + 1) / (x * log) ** 2, curvature
 
 
-_LEAST_BARRIER = _barrier(_PLACES)[0]
+_BARRIER = _barrier(_SEARCHED)[0]
 
 
 @final
@@ -46,6 +49,7 @@ class Meegc(PolynomialExponentModel):
 
     family: ClassVar[str] = "meegc"
     constrained: ClassVar[bool] = True
+    condition: ClassVar[str] = "of a curve that never decreases"
     formula: ClassVar[str] = "I^exp(a0 + a1 I + ... + aN I^N) with f' > 0"
     order: int = 3
 
@@ -97,7 +101,8 @@ class Meegc(PolynomialExponentModel):
         if self.order:
             for one in flat:
                 excess = self._excess(one)
-                one[1] -= excess + _MARGIN if excess > 0 else 0.0
+                rounding = _MARGIN * max(1.0, float(np.abs(one).max()))
+                one[1] -= excess + rounding if excess > 0 else 0.0
         return flat.reshape(parameters.shape)
 
     def _excess(self, alpha: Floats) -> float:
@@ -113,10 +118,10 @@ class Meegc(PolynomialExponentModel):
         first = slope_coefficients(alpha)
         second = slope_coefficients(first)
         third = slope_coefficients(second)
-        excess = polynomial(_PLACES, first) - _LEAST_BARRIER
+        excess = polynomial(_SEARCHED, first) - _BARRIER
         highest = (excess[1:-1] >= excess[:-2]) & (excess[1:-1] >= excess[2:])
-        x = _PLACES[1:-1][highest]
-        low, high = _PLACES[:-2][highest], _PLACES[2:][highest]
+        x = _SEARCHED[1:-1][highest]
+        low, high = _SEARCHED[:-2][highest], _SEARCHED[2:][highest]
         for _ in range(_NEWTON_STEPS):
             _, slope, curvature = _barrier(x)
             bend = np.minimum(polynomial(x, third) - curvature, -1e-12)

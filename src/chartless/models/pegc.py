@@ -12,9 +12,9 @@ from chartless.models._orders import HIGHEST_ORDER
 from chartless.models._polynomial import polynomial, slope_coefficients
 from chartless.types import Floats
 
-_MOST_LOG = 700.0  # exp of it is finite
-# ln I from the smallest float64 to 1, as fine near I = 1 as near 0.
-_LOG_TABLE = -np.exp(np.linspace(np.log(744.0), np.log(1e-12), 1024))
+_MOST_LOG = 600.0  # exp of it is finite, in products with parameters as well
+# ln I from 0 to 1 in float64, as fine near I = 1 as near 0.
+_LOG_TABLE = -np.exp(np.linspace(np.log(750.0), np.log(1e-17), 1024))
 
 
 @final
@@ -38,8 +38,8 @@ class Pegc(AbstractModel):
     @property
     @override
     def properties(self) -> frozenset[Property]:
-        always = frozenset(Property) - {Property.MONOTONE, Property.BOUNDED}
-        return always if self.order else frozenset(Property)
+        always = frozenset(Property) - {Property.COMPACT}  # 0.0062 with three parameters
+        return always - ({Property.MONOTONE, Property.BOUNDED} if self.order else set())
 
     @property
     @override

@@ -35,6 +35,7 @@ class Table(InverseNodesModel):
 
     family: ClassVar[str] = "table"
     constrained: ClassVar[bool] = True
+    condition: ClassVar[str] = "that never decrease and end at 0 or below"
     formula: ClassVar[str] = "inverse of exp(t(level)), a free number for each level"
     order: int = 253
     smoothness: float = 1e-5

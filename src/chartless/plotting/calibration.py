@@ -1,47 +1,19 @@
-"""Figures of calibrations. Functions draw on Axes that they are given and never show them.
+"""Figures of calibrations."""
 
-Only this module imports matplotlib, and only the commands that draw import this module.
-"""
-
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib import colors, ticker
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chartless._files import atomic_path
 from chartless.calibration import Calibration
 from chartless.cooccurrence import Cooccurrence, noise_level_function
 from chartless.curves import AbstractCurve
-from chartless.errors import ImageError
 from chartless.objectives import expected_counts, half_levels
+from chartless.plotting._style import CHANNEL_COLOURS
 from chartless.response import Response, rmse
 from chartless.types import Counts, Floats
-
-# Okabe and Ito's colours, which most colour-blind readers can tell apart.
-_COLOURS = {"R": "#d55e00", "G": "#009e73", "B": "#0072b2", "Y": "#333333"}
-_FORMATS = (".png", ".svg", ".pdf")
-
-
-def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write a figure as .png, .svg or .pdf; whole or not at all.
-
-    Raises
-    ------
-    ImageError
-        If the extension is another.
-    OutputError
-        If the folder is missing or not writable.
-    """
-    path = Path(path)
-    if path.suffix.lower() not in _FORMATS:
-        msg = f"figures are written as {', '.join(_FORMATS)}, not as {path.suffix!r}"
-        raise ImageError(str(path), msg)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=150)
 
 
 def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) -> Figure:
@@ -77,7 +49,7 @@ def draw_response(
 ) -> None:
     """Brightness over irradiance, with the deviation as a band where it is known."""
     for response in channels:
-        colour = _COLOURS[response.name]
+        colour = CHANNEL_COLOURS[response.name]
         level = _brightness(response)
         error = "" if truth is None else f" (RMSE {rmse(response.curve, truth):.3f})"
         inverse = response.inverse_lut
@@ -140,7 +112,7 @@ def draw_cooccurrence(axes: Axes, response: Response) -> None:
 def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
     """Noise level function: deviation of one frame at each level, seen and modelled."""
     for response in channels:
-        colour = _COLOURS[response.name]
+        colour = CHANNEL_COLOURS[response.name]
         label = f"{response.name}: {_noise_text(response)}"
         if response.table is None:
             axes.plot([], [], color=colour, label=label)
@@ -169,7 +141,7 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
         values = np.array(response.history.values)
         bounded = bounded and response.history.objective == "bin"
         cost = 1 - values if bounded else values
-        axes.plot(cost, ".-", color=_COLOURS[response.name], label=response.name)
+        axes.plot(cost, ".-", color=CHANNEL_COLOURS[response.name], label=response.name)
     axes.set(
         title="Search",
         xlabel="round",

@@ -1,0 +1,140 @@
+"""``chartless reproduce``: the experiments of the paper."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chartless.cli._options import AsJson
+from chartless.cli._terminal import case_bar, print_json, print_table
+
+app = typer.Typer(help="Reproduce the experiments of the paper.", no_args_is_help=True)
+
+Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to make or go on in.")]
+Jobs = Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")]
+
+
+@app.command()
+def fits(
+    output: Output,
+    cases: Annotated[
+        int | None, typer.Option(min=1, help="Fit only so many curves, spread over all.")
+    ] = None,
+    jobs: Jobs = 1,
+    dorf: Annotated[
+        Path | None, typer.Option(help="File with the DoRF curves; found or fetched without.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit every family of curves to the 201 measured cameras of DoRF.
+
+    Writes fits.csv (every RMSE), winners.csv, summary.json and the figures. An interrupted
+    run goes on where it stopped.
+
+    \b
+    Example:
+        chartless reproduce fits -o fits --jobs 2
+    """
+    from chartless._files import write_text
+    from chartless.datasets import load_dorf
+    from chartless.experiments import fits as experiment
+    from chartless.experiments import fits_figures
+    from chartless.plotting import save_figure
+
+    data = load_dorf(dorf)
+    rows = experiment.chosen_rows(data, cases)
+    with case_bar("fitting") as on_case:
+        tables = experiment.run(data, output, cases=cases, jobs=jobs, on_case=on_case)
+    for name, figure in (
+        ("fig1_responses", fits_figures.curves_figure(data)),
+        ("fig2_rmse_by_order", fits_figures.boxes_figure(tables)),
+        ("fig2_medians", fits_figures.medians_figure(tables)),
+        ("fig3_examples", fits_figures.examples_figure(data, tables, rows)),
+    ):
+        save_figure(figure, output / f"{name}.png")
+    summary = experiment.summarize(tables)
+    write_text(output / "summary.json", json.dumps(summary, indent=1) + "\n")
+    if as_json:
+        print_json(summary)
+        return
+    header = ["family", *(f"order {order}" for order in experiment.ORDERS)]
+    lines: dict[str, list[str]] = {}
+    for table in tables:
+        line = lines.setdefault(table.family, [""] * len(experiment.ORDERS))
+        if table.order in experiment.ORDERS:
+            line[table.order] = f"{table.summary['median']:.5f}"
+    print(f"median RMSE over {len(rows)} curves")
+    print_table(header, [[family, *line] for family, line in lines.items() if any(line)])
+    print(f"\nfigures, tables and summary.json in {output}")
+
+
+@app.command()
+def noise(
+    output: Output,
+    cases: Annotated[int, typer.Option(min=1, help="Simulated cameras.")] = 200,
+    jobs: Jobs = 1,
+    scenes: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of RGB photographs, 1600 × 900 pixels or more; without, "
+            "scenery_1600x900 in the folder that CHARTLESS_DATA names."
+        ),
+    ] = None,
+    dorf: Annotated[
+        Path | None, typer.Option(help="File with the DoRF curves; found or fetched without.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal cases.")] = 0,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler to run on, tcp://host:port.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Calibrate simulated cameras from the noise of two frames, with every method.
+
+    Writes cases.csv, summary.json, timing.json and the figures. Each finished case is
+    recorded at once: an interrupted run goes on where it stopped.
+
+    \b
+    Example:
+        chartless reproduce noise -o noise --scenes photographs --cases 20 --jobs 2
+    """
+    from chartless._files import write_text
+    from chartless.datasets import load_dorf
+    from chartless.experiments import noise as experiment
+    from chartless.experiments import noise_figures
+    from chartless.plotting import save_figure
+
+    folder = experiment.default_scenes() if scenes is None else scenes
+    data = load_dorf(dorf)
+    with case_bar("calibrating") as on_case:
+        results = experiment.run(
+            data, folder, output, n_cases=cases, seed=seed, jobs=jobs, scheduler=scheduler,
+            on_case=on_case,
+        )  # fmt: skip
+    for name, figure in (
+        ("fig4_scenes", noise_figures.scenes_figure(experiment.scene_files(folder))),
+        ("fig5_search", noise_figures.search_figure(results)),
+        ("fig5_errors", noise_figures.errors_figure(results)),
+    ):
+        save_figure(figure, output / f"{name}.png")
+    summary = experiment.summarize(results)
+    write_text(output / "summary.json", json.dumps(summary, indent=1) + "\n")
+    timing = experiment.timing(results)
+    write_text(output / "timing.json", json.dumps(timing, indent=1) + "\n")
+    if as_json:
+        print_json(summary)
+        return
+    print(f"RMSE of the response over {cases} cases")
+    rows = [
+        [
+            method,
+            *(f"{numbers[what]:.4f}" for what in ("median", "mean", "p90")),
+            str(numbers["infeasible"]),
+            f"{numbers['evaluations']:.0f}",
+            f"{timing['seconds'][method]:.2f}",
+        ]
+        for method, numbers in summary["noise"].items()
+    ]
+    print_table(["method", "median", "mean", "p90", "infeasible", "evaluations", "seconds"], rows)
+    print(f"\nfigures, tables and summary.json in {output}")

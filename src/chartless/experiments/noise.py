@@ -1,0 +1,377 @@
+"""Does a compact monotone family make noise-based calibration surer? Section V of the paper.
+
+Photographs are taken for scenes; simulated cameras with responses from the Database of Response
+Functions take two noisy frames of each; every method estimates the response from the same
+co-occurrence table and is compared with the truth.
+"""
+
+import os
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from chartless._files import make_folder, write_csv
+from chartless._version import __version__
+from chartless.calibrators.similarity_search import SimilaritySearch
+from chartless.cooccurrence import Cooccurrence
+from chartless.curves import SampledCurve, SrgbCurve
+from chartless.datasets import Dorf
+from chartless.errors import ImageError, ParameterError
+from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
+from chartless.images import read_values
+from chartless.models import MODELS, AbstractModel, Basis, Emor, principal_basis
+from chartless.noise import AffineNoise
+from chartless.simulate import simulate_frames
+from chartless.types import Floats, JsonObject
+
+SLOPES_8BIT, FLOORS_8BIT = (0.01, 0.06), (9.0, 25.0)
+"""Ranges of U and V in the paper."""
+LEAST_SIZE = (900, 1600)
+"""Rows and columns of the paper's photographs."""
+INFEASIBLE = 1.001
+"""Total variation of an estimated curve above which it counts as infeasible; 1 is monotone."""
+LEFT_OUT = "-left-out"
+"""Ends the names of methods whose EMoR basis is made without the camera under test."""
+OBJECTIVES = ("ism-bin", "ism-sampled")
+MODEL_NAMES = ("ameegc2", "ameegc2-exact", "emor2", "emor4", "emor2-left-out", "emor4-left-out")
+METHODS = tuple(f"{objective}/{model}" for objective in OBJECTIVES for model in MODEL_NAMES)
+ROUNDS, ITERATIONS = 15, 10
+"""Of the paper: rounds of a search over the noise and one over the curve, iterations of each."""
+_GREEN = 1
+_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr")
+_GRID = np.linspace(0.0, 1.0, 1024)
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseCase:
+    """One simulated camera in front of one scene."""
+
+    number: int
+    scene: str
+    """File name."""
+    slope_8bit: float
+    floor_8bit: float
+    row: int
+    """Of the response in DoRF."""
+    seed: int
+
+    @property
+    def noise(self) -> AffineNoise:
+        """Noise of the camera."""
+        return AffineNoise.from_8bit(self.slope_8bit, self.floor_8bit)
+
+
+def default_scenes() -> Path:
+    """Folder of photographs that the environment variable CHARTLESS_DATA leads to.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    root = os.environ.get("CHARTLESS_DATA")
+    folder = Path(root or ".", "scenery_1600x900")
+    if root is None or not folder.is_dir():
+        msg = (
+            "no scenes: give a folder of RGB photographs of 1600 × 900 pixels or more with "
+            "--scenes, or set CHARTLESS_DATA to a folder that has them as scenery_1600x900"
+        )
+        raise ParameterError(msg)
+    return folder
+
+
+def scene_files(folder: Path) -> list[Path]:
+    """Photographs in a folder, by name.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    found = sorted(
+        path for path in folder.glob("*") if path.suffix.lower() in _SUFFIXES and path.is_file()
+    )
+    if not found:
+        msg = f"{folder}: no photographs ({', '.join(_SUFFIXES)}) to take for scenes"
+        raise ParameterError(msg)
+    return found
+
+
+def read_scene(path: Path) -> Floats:
+    """Green channel of a photograph, sRGB undone, as irradiance: shape (M, N), 0 … 1.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be read, is no colour picture or is smaller than 1600 × 900.
+    """
+    values = read_values(path).values
+    rows, columns, channels = values.shape
+    if channels != 3:  # noqa: PLR2004 - red, green, blue
+        msg = f"a scene is an RGB photograph, this one has {channels} channel(s)"
+        raise ImageError(str(path), msg)
+    if rows < LEAST_SIZE[0] or columns < LEAST_SIZE[1]:
+        msg = (
+            f"a scene has {LEAST_SIZE[1]} × {LEAST_SIZE[0]} pixels or more, not {columns} × {rows}"
+        )
+        raise ImageError(str(path), msg)
+    return SrgbCurve().inverse(values[..., _GREEN].clip(0, 1))
+
+
+def draw_cases(scenes: list[Path], dorf: Dorf, n_cases: int, seed: int) -> list[NoiseCase]:
+    """Draw cameras: scenes in turn, U, V and the response at random.
+
+    Case k is the same whatever the number of cases.
+    """
+    cases = []
+    for number in range(n_cases):
+        rng = np.random.default_rng([seed, number])
+        cases.append(
+            NoiseCase(
+                number=number,
+                scene=scenes[number % len(scenes)].name,
+                slope_8bit=float(rng.uniform(*SLOPES_8BIT)),
+                floor_8bit=float(rng.uniform(*FLOORS_8BIT)),
+                row=int(rng.integers(len(dorf.curves))),
+                seed=int(rng.integers(2**63)),
+            )
+        )
+    return cases
+
+
+def true_curve(dorf: Dorf, row: int) -> SampledCurve:
+    """Return a measured response as a curve."""
+    return SampledCurve(tuple(dorf.irradiance.tolist()), tuple(dorf.curves[row].tolist()))
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What one method made of one case."""
+
+    rmse: float
+    """Of the response over 1024 irradiances."""
+    variation: float
+    """Total variation of the estimated response; 1 if it is monotone."""
+    slope_8bit: float
+    floor_8bit: float
+    """Recovered U and V."""
+    values: tuple[float, ...]
+    """Objective at the start and after each round."""
+    evaluations: int
+    seconds: float
+
+    @property
+    def infeasible(self) -> bool:
+        """Whether the estimated response decreases by more than a trifle."""
+        return self.variation > INFEASIBLE
+
+
+@dataclass(frozen=True, slots=True)
+class CaseResult:
+    """Outcomes of all methods on one case."""
+
+    case: NoiseCase
+    outcomes: dict[str, Outcome]
+    """By method."""
+
+
+def run(
+    dorf: Dorf,
+    scenes: Path,
+    output: Path,
+    *,
+    n_cases: int = 200,
+    seed: int = 0,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    on_case: OnCase | None = None,
+) -> list[CaseResult]:
+    """Run all methods on all cases and write cases.csv.
+
+    Parameters
+    ----------
+    dorf : Dorf
+    scenes : Path
+        Folder of RGB photographs of 1600 × 900 pixels or more, as shown on a display (sRGB).
+    output : Path
+        Folder for the table and the records of finished cases; made if missing.
+    n_cases : int
+    seed : int
+        Decides cameras and noise.
+    jobs : int
+        Processes.
+    scheduler : str, optional
+        Address of a Dask scheduler to run on instead, such as ``tcp://host:8786``.
+    on_case : OnCase, optional
+
+    Returns
+    -------
+    list of CaseResult
+
+    Raises
+    ------
+    ParameterError, ImageError, OutputError
+        If the scenes are missing or unfit, or the folder cannot be written.
+    """
+    make_folder(output)
+    files = scene_files(scenes)
+    for path in files[:n_cases]:
+        read_scene(path)  # an unfit one is refused before hours of work, not after
+    paths = {path.name: path for path in files}
+    cases = draw_cases(files, dorf, n_cases, seed)
+    sizes = [(path.name, path.stat().st_size) for path in files]
+    recorded = run_cases(
+        {
+            f"case-{case.number:04d}": partial(_case, case, paths[case.scene], dorf)
+            for case in cases
+        },
+        output / "cases",
+        fingerprint=fingerprint_of(
+            dorf.irradiance, dorf.curves, dorf.cameras, seed, sizes, METHODS, __version__
+        ),
+        jobs=jobs,
+        scheduler=scheduler,
+        on_case=on_case,
+    )
+    results = [
+        CaseResult(case, {name: _outcome(content) for name, content in result.items()})
+        for case, result in zip(cases, recorded.values(), strict=True)
+    ]
+    _write_cases(output / "cases.csv", dorf, results)
+    return results
+
+
+def summarize(results: list[CaseResult]) -> JsonObject:
+    """Statistics by method.
+
+    ``seconds`` is null: no two runs take the same time, and equal runs are to give equal
+    summaries. See `timing`.
+    """
+    return {"noise": {method: _statistics(method, results) for method in METHODS}}
+
+
+def timing(results: list[CaseResult]) -> JsonObject:
+    """Median seconds of a search by method."""
+    return {
+        "seconds": {
+            method: float(np.median([result.outcomes[method].seconds for result in results]))
+            for method in METHODS
+        }
+    }
+
+
+def methods_for(dorf: Dorf, row: int) -> Iterator[tuple[str, SimilaritySearch]]:
+    """Name and calibrator of each method, where the response in `row` is under test."""
+    basis = principal_basis(dorf.curves[dorf.left_out(row)])
+    for method in METHODS:
+        objective, name = method.split("/")
+        yield (
+            method,
+            SimilaritySearch(
+                model=_model(name, basis),
+                objective=objective.removeprefix("ism-"),
+                rounds=ROUNDS,
+                iterations=ITERATIONS,
+                tolerance=0.0,
+            ),
+        )
+
+
+def search(calibrator: SimilaritySearch, table: Cooccurrence, truth: SampledCurve) -> Outcome:
+    """Run one search and compare it with the truth."""
+    begun = time.perf_counter()
+    found = calibrator.search(table)
+    seconds = time.perf_counter() - begun
+    response = calibrator.model.response(_GRID, found.parameters)
+    return Outcome(
+        rmse=float(np.sqrt(np.mean((response - truth.response(_GRID)) ** 2))),
+        variation=float(np.abs(np.diff(response)).sum()),
+        slope_8bit=found.noise.slope_8bit,
+        floor_8bit=found.noise.floor_8bit,
+        values=found.history.values,
+        evaluations=found.history.evaluations,
+        seconds=seconds,
+    )
+
+
+def _case(case: NoiseCase, path: Path, dorf: Dorf) -> JsonObject:
+    truth = true_curve(dorf, case.row)
+    first, second = simulate_frames(read_scene(path), truth, case.noise, seed=case.seed)
+    table = Cooccurrence.of_pair(first, second)
+    return {
+        method: asdict(search(calibrator, table, truth))
+        for method, calibrator in methods_for(dorf, case.row)
+    }
+
+
+def _model(name: str, basis: Basis) -> AbstractModel:
+    if name.endswith(LEFT_OUT):
+        return Emor(MODELS[name.removesuffix(LEFT_OUT)].order, basis)
+    return MODELS[name]
+
+
+def _outcome(content: Mapping[str, object]) -> Outcome:
+    outcome = Outcome(**content)  # type: ignore[arg-type]
+    return replace(outcome, values=tuple(outcome.values))
+
+
+def _statistics(method: str, results: list[CaseResult]) -> JsonObject:
+    outcomes = [result.outcomes[method] for result in results]
+    rmse = np.array([outcome.rmse for outcome in outcomes])
+    slopes = [
+        outcome.slope_8bit / result.case.slope_8bit
+        for outcome, result in zip(outcomes, results, strict=True)
+    ]
+    floors = [
+        outcome.floor_8bit / result.case.floor_8bit
+        for outcome, result in zip(outcomes, results, strict=True)
+    ]
+    return {
+        "cases": len(results),
+        "median": float(np.median(rmse)),
+        "q25": float(np.quantile(rmse, 0.25)),
+        "q75": float(np.quantile(rmse, 0.75)),
+        "mean": float(rmse.mean()),
+        "p90": float(np.quantile(rmse, 0.9)),
+        "infeasible": sum(outcome.infeasible for outcome in outcomes),
+        "evaluations": float(np.mean([outcome.evaluations for outcome in outcomes])),
+        "slope_ratio": float(np.median(slopes)),
+        "floor_ratio": float(np.median(floors)),
+        "seconds": None,
+    }
+
+
+def _write_cases(path: Path, dorf: Dorf, results: list[CaseResult]) -> None:
+    header = (
+        "case", "scene", "U", "V", "row", "response", "method", "rmse", "total_variation",
+        "infeasible", "U_found", "V_found", "objective", "evaluations", "seconds",
+    )  # fmt: skip
+    write_csv(
+        path,
+        header,
+        (
+            (
+                result.case.number,
+                result.case.scene,
+                f"{result.case.slope_8bit:.6f}",
+                f"{result.case.floor_8bit:.4f}",
+                result.case.row,
+                dorf.names[result.case.row],
+                method,
+                f"{outcome.rmse:.8f}",
+                f"{outcome.variation:.6f}",
+                int(outcome.infeasible),
+                f"{outcome.slope_8bit:.6f}",
+                f"{outcome.floor_8bit:.4f}",
+                f"{outcome.values[-1]:.8g}",
+                outcome.evaluations,
+                f"{outcome.seconds:.3f}",
+            )
+            for result in results
+            for method, outcome in result.outcomes.items()
+        ),
+    )

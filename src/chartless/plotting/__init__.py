@@ -1,0 +1,46 @@
+"""Figures. Functions draw on Axes that they are given, or make a Figure; they never show it.
+
+Only this package and the figures of `chartless.experiments` import matplotlib, and only the
+commands that draw import them.
+"""
+
+from chartless.plotting._style import (
+    BLUE,
+    CHANNEL_COLOURS,
+    DARK,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SERIES_COLOURS,
+    SKY,
+    VERMILION,
+    save_figure,
+)
+from chartless.plotting.calibration import (
+    draw_cooccurrence,
+    draw_noise,
+    draw_response,
+    draw_search,
+    overview,
+)
+from chartless.plotting.curves import draw_fits, fits_figure
+
+__all__ = [
+    "BLUE",
+    "CHANNEL_COLOURS",
+    "DARK",
+    "GREEN",
+    "ORANGE",
+    "PURPLE",
+    "SERIES_COLOURS",
+    "SKY",
+    "VERMILION",
+    "draw_cooccurrence",
+    "draw_fits",
+    "draw_noise",
+    "draw_response",
+    "draw_search",
+    "fits_figure",
+    "overview",
+    "save_figure",
+]
