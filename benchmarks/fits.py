@@ -124,6 +124,13 @@ def batch_evaluations(x: Floats, curves: Floats) -> int:
     return sum(counts)
 
 
+def timed(way: Callable[[], Floats]) -> tuple[Floats, float]:
+    """What a way finds, and the time it takes."""
+    start = time.perf_counter()
+    found = way()
+    return found, time.perf_counter() - start
+
+
 def measure(folder: Path | None, repeats: int) -> dict[str, dict[str, float] | str]:
     """Times, evaluations, agreement and ratios of all ways."""
     x, curves, what = measured_curves(folder)
@@ -148,9 +155,8 @@ def measure(folder: Path | None, repeats: int) -> dict[str, dict[str, float] | s
     fits(STARTS[:1])  # the first call warms the caches
     for _ in range(repeats):
         for name, way in ways.items():
-            start = time.perf_counter()
-            rmse[name] = way()
-            seconds[name].append(time.perf_counter() - start)
+            rmse[name], taken = timed(way)
+            seconds[name].append(taken)
         seconds["exponential"].append(exponential_seconds(evaluations["batch"], x.size))
     differences = {name: float(np.abs(rmse["batch"] - rmse[name]).max()) for name in ways}
     if max(differences.values()) > SAME_RMSE:

@@ -14,7 +14,7 @@ from chartless.comparison import (
 )
 from chartless.errors import ParameterError, UnknownNameError
 from chartless.fitting import Fit, fit
-from chartless.models import MODELS
+from chartless.models import MODELS, Table
 from chartless.types import Floats
 
 FEW = ("gamma", "ameegc2-exact", "eegc4", "gumbel3", "poly3", "emor2")
@@ -45,13 +45,10 @@ def rank_of(name: str, found: comparison.Comparison) -> int:
 # Recommendations
 
 
-@pytest.mark.parametrize("exponent", [0.3, 1.0, 2.2])
-def test_the_family_with_gamma_inside_and_the_fewest_parameters_describes_a_power(
-    exponent: float,
-) -> None:
+def test_the_family_with_gamma_inside_and_the_fewest_parameters_describes_a_power() -> None:
     names = [name for name in default_models() if name != "table"]
 
-    recommended = compare([power(exponent=exponent)], models=names).recommended
+    recommended = compare([power()], models=names).recommended
 
     assert recommended is not None
     assert recommended.model.n_parameters == 1
@@ -59,11 +56,10 @@ def test_the_family_with_gamma_inside_and_the_fewest_parameters_describes_a_powe
     assert recommended.valid
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_family_that_made_noisy_samples_is_among_the_best(seed: int) -> None:
+def test_the_family_that_made_noisy_samples_is_among_the_best() -> None:
     names = [name for name in default_models() if name != "table"]
 
-    found = compare([noisy(seed)], models=names)
+    found = compare([noisy()], models=names)
 
     assert rank_of("ameegc2-exact", found) < 5
     assert found.recommended is not None
@@ -121,16 +117,23 @@ def test_one_invalid_fit_is_enough() -> None:
     assert not affine.valid
 
 
-@pytest.mark.parametrize("n_samples", [6, 12, 25])
-def test_a_table_that_runs_through_the_samples_is_never_recommended(n_samples: int) -> None:
-    found = compare([noisy(0, n_samples)], models=["gamma", "ameegc1", "ameegc2-exact", "table"])
+@pytest.mark.parametrize("n_samples", [12, 25])
+def test_a_table_is_tried_but_not_recommended_for_running_through_the_samples(
+    n_samples: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(MODELS._items, "table", Table(order=40))  # the whole one takes its time
+    names = ["gamma", "ameegc1", "ameegc2-exact", "eegc6"]
+
+    found = compare([noisy(0, n_samples)], models=[*names, "table"])
 
     table = found.candidates[-1]
     assert table.model.name == "table"
     assert table.rmse < min(each.rmse for each in found.candidates[:-1])
     assert (table.aicc, table.bic) == (np.inf, np.inf)
     assert found.recommended is not None
-    assert found.recommended.model.name != "table"
+    assert found.recommended.model.name == "ameegc2-exact"
+    without = compare([noisy(0, n_samples)], models=names)
+    assert found.n_independent == without.n_independent
 
 
 def test_smooth_differences_count_little() -> None:
@@ -155,16 +158,16 @@ def test_every_family_is_tried_and_no_order_above_the_highest() -> None:
     assert names == [name for name in MODELS if name in names]
 
 
-def test_the_order_of_the_candidates_is_that_of_the_models() -> None:
-    found = compare([power(12)])
+def test_the_order_of_the_candidates_is_the_one_asked_for() -> None:
+    found = compare([power(12)], models=["poly1", "gamma", "eegc0"])
 
-    assert [each.model.name for each in found.candidates] == default_models()
+    assert [each.model.name for each in found.candidates] == ["poly1", "gamma", "eegc0"]
 
 
 def test_without_two_samples_to_spare_a_family_is_left_out() -> None:
-    found = compare([power(5), power(30)], models=["eegc1", "eegc2", "eegc3", "table"])
+    found = compare([power(5), power(30)], models=["eegc1", "eegc2", "eegc3"])
 
-    assert [each.model.name for each in found.candidates] == ["eegc1", "eegc2", "table"]
+    assert [each.model.name for each in found.candidates] == ["eegc1", "eegc2"]
 
 
 def test_progress_counts_the_families() -> None:
@@ -213,14 +216,31 @@ def test_criteria_of_many_curves_are_summed() -> None:
         assert each.bic == pytest.approx(sum(part.bic for part in parts), rel=1e-9)
 
 
-def test_criteria_are_infinite_where_too_few_samples_judge() -> None:
-    found = compare([noisy(6, 8)], models=["gamma", "eegc5"])
+@pytest.mark.parametrize(("n_samples", "name"), [(8, "eegc5"), (11, "eegc4"), (14, "eegc6")])
+def test_criteria_are_infinite_with_fewer_than_two_samples_to_a_fitted_number(
+    n_samples: int, name: str
+) -> None:
+    """There BIC, meant for many samples, would reward running through them."""
+    found = compare([noisy(6, n_samples)], models=["gamma", name])
 
     simple, complex_ = found.candidates
-    assert found.n_independent[0] <= 8
+    assert found.n_independent[0] < 2 * (complex_.model.n_parameters + 1)
     assert np.isfinite([simple.aicc, simple.bic]).all()
     assert (complex_.aicc, complex_.bic) == (np.inf, np.inf)
     assert found.recommended is simple
+
+
+def test_nothing_is_recommended_where_nothing_can_be_judged() -> None:
+    """As on the dense, smooth curves of DoRF; the fits are there all the same."""
+    irradiance = np.linspace(0, 1, 1000)
+    brightness = irradiance**0.5 + 0.02 * np.sin(2 * np.pi * irradiance)
+
+    found = compare([(irradiance, brightness)], models=["gamma"])
+
+    (only,) = found.candidates
+    assert only.valid
+    assert only.bic == np.inf
+    assert found.recommended is None
 
 
 def test_exact_fits_have_finite_criteria() -> None:
@@ -263,14 +283,6 @@ def test_equal_differences_count_for_next_to_nothing() -> None:
     assert 0 < independent_samples(np.ones(1000)) < 1
 
 
-def test_the_table_does_not_decide_how_many_samples_are_independent() -> None:
-    samples = noisy(0, 25)
-
-    with_table = compare([samples], models=["ameegc2-exact", "table"])
-
-    assert with_table.n_independent == compare([samples], models=["ameegc2-exact"]).n_independent
-
-
 # Valid responses
 
 
@@ -310,11 +322,6 @@ def test_curves_that_leave_the_range() -> None:
 def test_too_few_samples_to_compare(n_samples: int) -> None:
     with pytest.raises(ParameterError, match=f"5 samples or more, not {n_samples}"):
         compare([power(), power(n_samples)])
-
-
-def test_no_samples_to_compare() -> None:
-    with pytest.raises(ParameterError, match="5 samples or more, not 0"):
-        compare([(np.empty(0), np.empty(0))])
 
 
 def test_an_unknown_family_is_refused() -> None:

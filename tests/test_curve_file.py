@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chartless.curve_file import read_curve
+from chartless.curve_file import read_curve, read_samples
 from chartless.errors import ParameterError
 
 SAMPLES = [(0.0, 0.0), (0.25, 0.5), (0.5, 0.75), (1.0, 1.0)]
@@ -126,3 +126,77 @@ def test_a_binary_file(tmp_path: Path) -> None:
 
     with pytest.raises(ParameterError, match="cannot be read as a text file"):
         read_curve(path)
+
+
+# Samples
+
+
+@pytest.mark.parametrize(
+    "samples",
+    [
+        [(0.5, 0.7), (0.25, 0.5), (1.0, 1.0), (0.0, 0.0)],
+        [(1.0, 0.0), (400.0, 255.0)],
+        [(-0.5, -1.25), (1e300, 5e-324)],
+        [(0.5, 0.6), (0.5, 0.6)],
+        [(0.0, 0.3)],
+    ],
+)
+def test_samples_keep_their_order_and_range(
+    samples: list[tuple[float, float]], tmp_path: Path
+) -> None:
+    path = tmp_path / "curve.csv"
+    path.write_text("irradiance;brightness\n" + "\n".join(f"{x!r};{y!r}" for x, y in samples))
+
+    irradiance, brightness = read_samples(path)
+
+    assert irradiance.dtype == brightness.dtype == np.float64
+    assert irradiance.shape == brightness.shape == (len(samples),)
+    assert list(zip(irradiance.tolist(), brightness.tolist(), strict=True)) == samples
+
+
+def test_numbers_that_are_not_finite_are_left_to_the_caller(tmp_path: Path) -> None:
+    path = tmp_path / "curve.csv"
+    path.write_text("0,nan\ninf,1\n")
+
+    irradiance, brightness = read_samples(path)
+
+    assert np.isnan(brightness[0])
+    assert irradiance[1] == np.inf
+
+
+def test_samples_of_a_truth_lie_on_a_uniform_grid(tmp_path: Path) -> None:
+    path = tmp_path / "TRUTH.JSON"
+    path.write_text('{"response_lut": [0.1, 0.9, 0.2]}')
+
+    irradiance, brightness = read_samples(path)
+
+    assert irradiance.tolist() == [0, 0.5, 1]
+    assert brightness.tolist() == [0.1, 0.9, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("curve.csv", ""),
+        ("curve.csv", "I,B\n"),
+        ("curve.txt", "# nothing\n\n"),
+        ("curve.json", '{"response_lut": []}'),
+    ],
+)
+def test_no_samples_at_all_are_refused(name: str, text: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+
+    with pytest.raises(ParameterError, match="holds no samples; give two rows or more") as caught:
+        read_samples(path)
+
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize("text", ["0 0\nnan nan nan\n", "0,0\n1,1\nthe end\n", "1\n2\n"])
+def test_what_is_no_number_is_named_by_its_line(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "curve.csv"
+    path.write_text(text)
+
+    with pytest.raises(ParameterError, match=r"line \d is not two numbers"):
+        read_samples(path)

@@ -1,11 +1,12 @@
 """Files that appear whole or not at all."""
 
+import csv
 import os
 from pathlib import Path
 
 import pytest
 
-from chartless._files import atomic_path, make_folder
+from chartless._files import atomic_path, make_folder, write_csv, write_text
 from chartless.errors import ChartlessError, OutputError, ParameterError
 
 
@@ -181,3 +182,62 @@ def test_a_folder_inside_a_file(path: Path) -> None:
 
     with pytest.raises(OutputError, match="cannot be made"):
         make_folder(path / "out")
+
+
+# Texts and tables
+
+
+@pytest.mark.parametrize("text", ["", "one\ntwo\n", "no end of line", "a\r\nb\n", "Ω … – 🎞\n"])
+def test_a_text_is_written_as_it_is(text: str, path: Path) -> None:
+    write_text(path, text)
+
+    assert path.read_bytes() == text.encode()
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_text_that_cannot_be_encoded_leaves_the_older_one(path: Path) -> None:
+    path.write_text("older")
+
+    with pytest.raises(UnicodeEncodeError):
+        write_text(path, "half \ud800")
+
+    assert path.read_text() == "older"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_table_is_read_back_by_any_reader(path: Path) -> None:
+    rows = [["plain", 1, 0.1 + 0.2], ['with, comma and "quotes"', -2, 5e-324], ["two\nlines", 0, 1]]
+
+    write_csv(path, ["a name", "b", "c"], rows)
+
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *read = csv.reader(file)
+    assert header == ["a name", "b", "c"]
+    assert [[name, int(whole), float(real)] for name, whole, real in read] == rows
+    assert b"\r" not in path.read_bytes()
+
+
+def test_a_table_may_be_empty_and_its_rows_an_iterator(path: Path) -> None:
+    write_csv(path, ["a", "b"], [])
+    assert path.read_text() == "a,b\n"
+
+    write_csv(path, ["a", "b"], ((n, n**2) for n in range(2)))
+    assert path.read_text() == "a,b\n0,0\n1,1\n"
+
+
+def test_rows_that_fail_leave_the_older_table(path: Path) -> None:
+    path.write_text("older")
+
+    with pytest.raises(ZeroDivisionError):
+        write_csv(path, ["a"], ([1 // n] for n in (1, 0)))
+
+    assert path.read_text() == "older"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_texts_and_tables_in_a_missing_folder(tmp_path: Path) -> None:
+    for write in (lambda path: write_text(path, "a"), lambda path: write_csv(path, ["a"], [])):
+        with pytest.raises(OutputError, match="create it first"):
+            write(tmp_path / "missing" / "a.csv")
+
+    assert list(tmp_path.iterdir()) == []

@@ -384,6 +384,25 @@ def test_steps_beyond_the_family_raise_no_warnings():
     assert found.rmse < 1e-8
 
 
+@pytest.mark.parametrize("starts", [[[0.5], [-1.0]], [[-1.0], [0.5]]])
+def test_a_start_that_is_not_allowed_is_passed_over(starts: list[list[float]]):
+    (found,) = fit_many("gamma", IRRADIANCE, [IRRADIANCE**0.6], starts=starts)
+
+    assert found.parameters[0] == pytest.approx(0.6, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["gumbel2", "gumbel4", "ameegc2-exact", "pegc2", "ggc2"])
+@pytest.mark.parametrize("step", [0.1, 0.5, 0.9])
+def test_no_curve_drives_a_fit_out_of_its_family(name: str, step: float):
+    """A step is steeper than any member of the family."""
+    y = 1 / (1 + np.exp(-200 * (IRRADIANCE - step)))
+
+    found = fit(name, IRRADIANCE, y.clip(0, 1))
+
+    assert MODELS[name].admits(found.parameters)
+    assert found.rmse < 0.35
+
+
 def test_each_order_comes_nearer_than_the_one_before():
     brightness = named_curve("srgb").response(IRRADIANCE)
 

@@ -387,3 +387,17 @@ def test_inequalities_may_follow_the_parameters():
     direction = np.array([2, 1]) / np.sqrt(5)
     np.testing.assert_allclose(found.parameters[0] @ direction, 1, atol=2e-4)  # of a corner
     assert np.all(tangents(direction)[0] @ found.parameters[0] <= 1 + 2e-4)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_more_iterations_never_end_higher(name: str):
+    function, starts = PROBLEMS[name]
+    bounds = unbounded(starts.shape[1])
+
+    costs = [
+        least_squares(function, starts, bounds=bounds, iterations=count).cost
+        for count in range(1, 25)
+    ]
+
+    assert np.all(np.diff(costs, axis=0) <= 0)
+    assert np.all(costs[-1] < costs[0])

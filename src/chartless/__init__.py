@@ -17,12 +17,14 @@ if TYPE_CHECKING:
     from chartless.calibration_file import load as load
     from chartless.calibration_file import save as save
     from chartless.calibrators import CALIBRATORS as CALIBRATORS
+    from chartless.comparison import compare as compare
     from chartless.cooccurrence import Cooccurrence as Cooccurrence
     from chartless.curves import ModelCurve as ModelCurve
     from chartless.curves import SampledCurve as SampledCurve
     from chartless.curves import named_curve as named_curve
     from chartless.errors import ChartlessError as ChartlessError
     from chartless.fitting import fit as fit
+    from chartless.fitting import fit_many as fit_many
     from chartless.flags import Flag as Flag
     from chartless.models import MODELS as MODELS
     from chartless.noise import AffineNoise as AffineNoise
@@ -41,7 +43,9 @@ _HOME = {
     "SampledCurve": "curves",
     "named_curve": "curves",
     "ChartlessError": "errors",
+    "compare": "comparison",
     "fit": "fitting",
+    "fit_many": "fitting",
     "Flag": "flags",
     "MODELS": "models",
     "AffineNoise": "noise",

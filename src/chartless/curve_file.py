@@ -67,6 +67,9 @@ def read_samples(path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
     except (TypeError, ValueError, RecursionError) as error:
         msg = f"{path}: {error}"
         raise ParameterError(msg) from error
+    if not samples.size:
+        msg = f"{path}: holds no samples; give two rows or more, each of irradiance and brightness"
+        raise ParameterError(msg)
     return samples[:, 0], samples[:, 1]
 
 

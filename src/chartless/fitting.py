@@ -1,5 +1,6 @@
 """Least-squares fits of families to measured response curves, one curve or many at once."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from chartless.models import MODELS, AbstractModel, LinearModel
 from chartless.types import Bools, Floats, Indices
 
 # Numbers in residuals and Jacobians that are at work at once: 1 MB stays in the cache.
-_CHUNK = 2**17
+_CHUNK = 2**18
 # Where a parameter moves no sample by more than this share of what the others do, it is
 # not determined.
 _RANK = 1e-12
@@ -127,10 +128,7 @@ def fit_many(
         converged = np.ones(len(y), dtype=bool)
     else:
         parameters, converged = _search(family, x, y, root, starts)
-    return [
-        _finished(family, x, curve, root, each, converged=bool(ended))
-        for curve, each, ended in zip(y, parameters, converged, strict=True)
-    ]
+    return list(_finished(family, x, y, root, parameters, converged=converged))
 
 
 def checked_samples(
@@ -194,7 +192,8 @@ def _check_count(family: AbstractModel, n_samples: int) -> None:
 def _solve_linear(family: LinearModel, x: Floats, y: Floats, root: Floats) -> Floats:
     """All curves are right sides of one linear system."""
     offset, basis = family.design(x)
-    scale = np.linalg.norm(basis, axis=0)
+    length = np.linalg.norm(basis, axis=0)
+    scale = np.where(length > 0, length, 1.0)
     weighted = basis / scale * root[:, np.newaxis]
     solution = np.linalg.lstsq(weighted, ((y - offset) * root).T, rcond=None)[0]
     parameters: Floats = solution.T / scale
@@ -246,7 +245,7 @@ def _descend(
         starts.reshape(-1, n_parameters),
         bounds=family.bounds,
         inequalities=family.inequalities if family.constrained else None,
-        at_once=max(1, _CHUNK // (x.size * (n_parameters + 1))),
+        at_once=_at_once(family, x.size),
     )
     shape = starts.shape[:2]
     return (
@@ -263,27 +262,50 @@ def _finished(
     root: Floats,
     parameters: Floats,
     *,
-    converged: bool,
+    converged: Bools,
+) -> Iterator[Fit]:
+    """Fits at parameters (B, P) of the curves (B, N), with their errors."""
+    size = _at_once(family, x.size)
+    for first in range(0, len(y), size):
+        part = slice(first, first + size)
+        responses, gradients = family.evaluate(x, parameters[part])
+        residuals = (responses - y[part]) * root
+        gradients = gradients * root[:, np.newaxis]
+        for each in zip(parameters[part], residuals, gradients, converged[part], strict=True):
+            yield _judged(family, *each, weight=float(root @ root))
+
+
+def _judged(
+    family: AbstractModel,
+    parameters: Floats,
+    residual: Floats,
+    gradient: Floats,
+    converged: np.bool_,
+    *,
+    weight: float,
 ) -> Fit:
-    response, gradient = family.evaluate(x, parameters)
-    residual = (response - y) * root
     total = float(residual @ residual)
-    free = _free_directions(family, parameters)
-    moves = gradient * root[:, np.newaxis] @ free
+    free = _free_directions(family, parameters) if family.constrained else np.eye(parameters.size)
+    moves = gradient @ free
     n_free = float(free.shape[1])
     if family.penalty is not None:  # the trace of the smoother, instead of its parameters
         moves = np.vstack([moves, family.penalty @ free])
-        n_free = float(np.sum(np.linalg.qr(moves)[0][: x.size] ** 2))
-    variance = total / (x.size - n_free) if x.size > n_free else np.inf
+        n_free = float(np.sum(np.linalg.qr(moves)[0][: residual.size] ** 2))
+    variance = total / (residual.size - n_free) if residual.size > n_free else np.inf
     return Fit(
         model=family,
         parameters=parameters,
-        rmse=float(np.sqrt(total / (root @ root))),
+        rmse=float(np.sqrt(total / weight)),
         covariance=_covariance(moves, free, variance),
-        n_samples=x.size,
+        n_samples=residual.size,
         n_free=n_free,
-        converged=converged,
+        converged=bool(converged),
     )
+
+
+def _at_once(family: AbstractModel, n_samples: int) -> int:
+    """How many curves are at work at once."""
+    return max(1, _CHUNK // (n_samples * (family.n_parameters + 1)))
 
 
 def _covariance(moves: Floats, free: Floats, variance: float) -> Floats:

@@ -36,7 +36,7 @@ def simulate_frames(
     noise : AffineNoise
     n_frames : int
     bit_depth : int
-        8 or 16.
+        8 … 16.
     seed : int or numpy.random.Generator
         Equal seeds give equal frames.
 
@@ -50,8 +50,8 @@ def simulate_frames(
         If the scene has no pixels, is negative or not finite somewhere, or the bit depth is
         another.
     """
-    if bit_depth not in (8, 16):
-        msg = f"frames have 8 or 16 bits, not {bit_depth}"
+    if not 8 <= bit_depth <= 16:  # noqa: PLR2004 - as cameras do
+        msg = f"frames have 8 to 16 bits, not {bit_depth}"
         raise ParameterError(msg)
     if not (scene.size and np.all((scene >= 0) & (scene < np.inf))):
         msg = "a scene's irradiance must be finite and not negative"

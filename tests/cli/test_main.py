@@ -18,7 +18,10 @@ Shoot = Any  # conftest.Shoot
 QUICK = ("--levels", "64", "--rounds", "1")
 """Enough of a search where its outcome does not matter."""
 
-COMMANDS = ("demo", "calibrate", "linearize", "show", "simulate")
+COMMANDS = (
+    "demo", "calibrate", "linearize", "show", "simulate", "fit", "compare", "models",
+    "reproduce fits",
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -51,7 +54,7 @@ def run_installed(program: str, *arguments: object, **options: Any) -> Any:
 def test_help_of_every_command_has_an_example(
     command: str, option: str, chartless: Chartless
 ) -> None:
-    done = chartless(command, option)
+    done = chartless(*command.split(), option)
 
     assert (done.status, done.err) == (0, "")
     _, _, example = done.out.partition("Example:")
@@ -63,8 +66,8 @@ def test_help_of_the_program_names_every_command(chartless: Chartless) -> None:
 
     assert (done.status, done.err) == (0, "")
     assert "Example:" in done.out
-    for command in COMMANDS:
-        assert f"\n  {command} " in done.out
+    for command in (*COMMANDS, "data"):
+        assert f"\n  {command.split()[0]} " in done.out
 
 
 def test_without_arguments_the_program_shows_its_help(chartless: Chartless) -> None:
@@ -103,7 +106,7 @@ def test_an_unknown_command_is_refused_with_a_suggestion(refusal: Refusal) -> No
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_unknown_option_is_named(command: str, refusal: Refusal) -> None:
-    assert "--nonsense" in refusal(command, "--nonsense")
+    assert "--nonsense" in refusal(*command.split(), "--nonsense")
 
 
 def test_an_unknown_option_of_the_program_is_named(refusal: Refusal) -> None:
@@ -113,12 +116,13 @@ def test_an_unknown_option_of_the_program_is_named(refusal: Refusal) -> None:
 @pytest.mark.parametrize(
     ("command", "missing"),
     [("calibrate", "frames"), ("linearize", "calibration"), ("show", "calibration"),
-     ("simulate", "scene")],
+     ("simulate", "scene"), ("fit", "curve"), ("compare", "curves"),
+     ("reproduce fits", "--output")],
 )  # fmt: skip
 def test_a_command_without_arguments_says_what_is_missing(
     command: str, missing: str, refusal: Refusal
 ) -> None:
-    assert missing in refusal(command).lower()
+    assert missing in refusal(*command.split()).lower()
 
 
 def test_usage_errors_come_as_json_too(refusal: Refusal) -> None:

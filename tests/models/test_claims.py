@@ -115,7 +115,7 @@ def test_every_family_of_the_registry_is_looked_at():
 
 
 @pytest.mark.parametrize("model", SAMPLE, ids=name_of)
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_no_member_contradicts_a_claim(model: AbstractModel, data: st.DataObject):
     parameters = data.draw(anything(model))

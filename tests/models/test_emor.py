@@ -325,6 +325,21 @@ def test_inequalities_leave_exactly_the_monotone_members(order: int, data: st.Da
         assert model.admits(parameters)
 
 
+def test_a_member_that_decreases_by_the_least_is_refused():
+    basis = measured_basis("response")
+    for order in (0, 4, 24):
+        model = EmorMonotone(order)
+        for sign in (-1, 1):
+            falling = -sign * np.diff(basis.components[order])
+            steps = np.diff(basis.mean)
+            level = np.min((steps / falling)[falling > 0])  # one line becomes level here
+            parameters = sign * level * np.eye(order + 1)[order]
+
+            assert model.admits((1 - 1e-2) * parameters)
+            assert not model.admits((1 + 1e-7) * parameters)
+            assert not model.admits(parameters)  # a share of the least slope is asked for
+
+
 def test_identity_of_the_monotone_family_is_admitted_and_near_the_linear_camera():
     points = np.linspace(0, 1, 1024)
     for order in (0, 2, 5, 24):

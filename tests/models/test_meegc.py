@@ -127,6 +127,7 @@ def test_inequalities_contain_the_true_peak(order: int, data: st.DataObject):
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 8])
+@settings(max_examples=25)
 @given(data=st.data())
 def test_repaired_members_are_admitted_and_have_moved_little(order: int, data: st.DataObject):
     model = Meegc(order=order)

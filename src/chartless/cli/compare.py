@@ -44,6 +44,7 @@ def compare(
         chartless compare curve.csv
         chartless compare red.csv green.csv blue.csv -o compare.png
     """
+    from chartless._files import require_writable
     from chartless.comparison import compare as compare_families
     from chartless.curve_file import read_samples
     from chartless.fitting import checked_samples
@@ -52,6 +53,8 @@ def compare(
     for path, (irradiance, brightness) in zip(curves, samples, strict=True):
         with naming(path):
             checked_samples(irradiance, brightness)
+    if output is not None:
+        require_writable(output)
     with case_bar("fitting") as on_case:
         comparison = compare_families(samples, on_model=on_case)
     recommended = comparison.recommended

@@ -143,9 +143,9 @@ def draw_cases(scenes: list[Path], dorf: Dorf, n_cases: int, seed: int) -> list[
     return cases
 
 
-def true_curve(dorf: Dorf, row: int) -> SampledCurve:
+def true_curve(irradiance: Floats, brightness: Floats) -> SampledCurve:
     """Return a measured response as a curve."""
-    return SampledCurve(tuple(dorf.irradiance.tolist()), tuple(dorf.curves[row].tolist()))
+    return SampledCurve(tuple(irradiance.tolist()), tuple(brightness.tolist()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,7 +299,7 @@ def search(calibrator: SimilaritySearch, table: Cooccurrence, truth: SampledCurv
 
 
 def _case(case: NoiseCase, path: Path, dorf: Dorf) -> JsonObject:
-    truth = true_curve(dorf, case.row)
+    truth = true_curve(dorf.irradiance, dorf.curves[case.row])
     first, second = simulate_frames(read_scene(path), truth, case.noise, seed=case.seed)
     table = Cooccurrence.of_pair(first, second)
     return {

@@ -6,6 +6,7 @@ point, for pictures that hold light. `write_image` writes linearised
 pictures. Both rest on OpenImageIO, which only this package imports.
 """
 
+from chartless.images._jpeg import through_jpeg as through_jpeg
 from chartless.images._read import read_frame as read_frame
 from chartless.images._read import read_values as read_values
 from chartless.images._write import DataType as DataType

@@ -19,6 +19,7 @@ from chartless.types import Bools, Floats
 # slope that the interpolant has must not fall below 0: at order 10 the worst parameters that a
 # search finds keep 99 % of their least slope with 192 points, and none with 96.
 _POWER, _POINTS = 2, 192
+_LAST_TERM = 1e-17  # relative to the largest: what a series may go without
 _STEEPEST = 6.0  # of |ln F'|: slopes in Gumbel coordinates from 1/400 to 400
 
 
@@ -98,6 +99,10 @@ class Gumbel(ExponentModel):
     @override
     def _psi(self, x: Floats, parameters: Floats) -> Floats:
         integrand = np.expm1(self._log_slope(parameters)) / _T_LOG_T
+        if parameters.ndim == 1:  # the series of one curve is short
+            terms = _INTEGRAL @ integrand
+            series = chebyshev.chebtrim(terms, _LAST_TERM * np.abs(terms).max())
+            return np.asarray(parameters[0] + chebyshev.chebval(2 * np.sqrt(x) - 1, series))
         psi: Floats = parameters[..., :1] + integrand @ _integral_to(x.tobytes()).T
         return psi
 
@@ -111,10 +116,13 @@ class Gumbel(ExponentModel):
 
     @override
     def _psi_gradient(self, x: Floats, parameters: Floats) -> Floats:
-        slope = np.exp(self._log_slope(parameters))
-        powers = np.vander(_T, self.order, increasing=True)
-        by_q = _integral_to(x.tobytes()) @ (slope[..., np.newaxis] * powers)
-        return np.concatenate([np.ones((*by_q.shape[:-1], 1)), by_q], axis=-1)
+        slope = np.exp(self._log_slope(parameters))[..., np.newaxis, :]
+        integrands = slope * np.vander(_T, self.order, increasing=True).T
+        # One product for all curves takes a third of the time of one for each.
+        flat = integrands.reshape(-1, _POINTS) @ _integral_to(x.tobytes()).T
+        by_q = flat.reshape((*integrands.shape[:-1], x.size))
+        by_a = np.ones((*by_q.shape[:-2], 1, x.size))
+        return np.moveaxis(np.concatenate([by_a, by_q], axis=-2), -2, -1)
 
     def _log_slope(self, parameters: Floats) -> Floats:
         """Ln F' at the points of integration, shape (..., K)."""

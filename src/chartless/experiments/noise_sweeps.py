@@ -1,0 +1,162 @@
+"""How the error of calibration depends on the frames: what the paper does not show.
+
+One factor at a time is moved away from a reference camera, with the exact AMEEGC and the
+binned similarity; beside the error stands the Cramér–Rao bound of the same pairs, for the
+member of the family nearest to the true response.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from chartless.calibrators.similarity_search import SimilaritySearch
+from chartless.cooccurrence import MAX_LEVELS, Cooccurrence, level_table
+from chartless.datasets import Dorf
+from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
+from chartless.experiments.noise import (
+    ITERATIONS,
+    ROUNDS,
+    NoiseCase,
+    draw_cases,
+    read_scene,
+    scene_files,
+    search,
+    true_curve,
+)
+from chartless.fitting import fit
+from chartless.images import through_jpeg
+from chartless.information import pair_bound
+from chartless.models import AmeegcExact
+from chartless.noise import AffineNoise
+from chartless.simulate import simulate_frames
+from chartless.types import Floats, JsonObject, Levels
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """Everything that is varied, at the reference."""
+
+    stride: int = 1
+    """Every so many rows and columns of the scene are used."""
+    frames: int = 2
+    slope_8bit: float = 0.03
+    floor_8bit: float = 16.0
+    bits: int = 8
+    quality: int | None = None
+    """Of JPEG compression; None without."""
+
+
+FACTORS: dict[str, tuple[str, tuple[float | None, ...]]] = {
+    "stride": ("pixels", (8, 4, 2, 1)),
+    "frames": ("frames", (2, 4, 8, 16)),
+    "slope_8bit": ("U, noise per brightness", (0.01, 0.02, 0.04, 0.06, 0.12)),
+    "floor_8bit": ("V, noise at black", (4.0, 9.0, 16.0, 25.0, 49.0)),
+    "bits": ("bits", (8, 10, 12)),
+    "quality": ("JPEG quality", (85, 95, 100, None)),
+}
+"""By field of `Camera`: what it is called on an axis, and the values it takes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweepPoint:
+    """One value of one factor."""
+
+    factor: str
+    value: float | None
+    rmse: Floats
+    """Of each case, shape (B,)."""
+    bound: Floats
+    """Cramér–Rao bound of each case, shape (B,)."""
+
+
+def run(
+    dorf: Dorf,
+    scenes: Path,
+    output: Path,
+    *,
+    n_cases: int,
+    seed: int = 0,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    on_case: OnCase | None = None,
+) -> list[SweepPoint]:
+    """Run every value of every factor on the same cases.
+
+    Parameters and errors are those of `chartless.experiments.noise.run`.
+    """
+    files = scene_files(scenes)
+    paths = {path.name: path for path in files}
+    drawn = draw_cases(files, dorf, n_cases, seed)
+    named = list(_points())
+    results = run_cases(
+        {
+            f"{factor}-{value}-{case.number:04d}": partial(
+                _case, case, camera, paths[case.scene], dorf.irradiance, dorf.curves[case.row]
+            )
+            for factor, value, camera in named
+            for case in drawn
+        },
+        output / "sweeps",
+        fingerprint=fingerprint_of(dorf.irradiance, dorf.curves, seed, [p.name for p in files]),
+        jobs=jobs,
+        scheduler=scheduler,
+        on_case=on_case,
+    )
+    points = []
+    for factor, value, _ in named:
+        own = [results[f"{factor}-{value}-{case.number:04d}"] for case in drawn]
+        rmse, bound = (np.array([each[what] for each in own]) for what in ("rmse", "bound"))
+        points.append(SweepPoint(factor, value, rmse, bound))
+    return points
+
+
+def summarize(points: list[SweepPoint]) -> JsonObject:
+    """Medians by factor and value."""
+    content: JsonObject = {}
+    for point in points:
+        content.setdefault(point.factor, {})[str(point.value)] = {
+            "cases": len(point.rmse),
+            "median": float(np.median(point.rmse)),
+            "q25": float(np.quantile(point.rmse, 0.25)),
+            "q75": float(np.quantile(point.rmse, 0.75)),
+            "bound": float(np.median(point.bound)),
+        }
+    return {"sweeps": content}
+
+
+def _points() -> Iterator[tuple[str, float | None, Camera]]:
+    for factor, (_, values) in FACTORS.items():
+        for value in values:
+            yield factor, value, replace(Camera(), **{factor: value})  # type: ignore[arg-type]
+
+
+def _case(
+    case: NoiseCase, camera: Camera, path: Path, irradiance: Floats, brightness: Floats
+) -> JsonObject:
+    truth = true_curve(irradiance, brightness)
+    noise = AffineNoise.from_8bit(camera.slope_8bit, camera.floor_8bit)
+    scene = read_scene(path)[:: camera.stride, :: camera.stride]
+    n_levels = min(1 << camera.bits, MAX_LEVELS)
+    frames = simulate_frames(
+        scene, truth, noise, n_frames=camera.frames, bit_depth=camera.bits, seed=case.seed
+    )
+    table = Cooccurrence.zeros(n_levels)
+    for first, second in pairwise(_stored(each, camera, n_levels) for each in frames):
+        table += Cooccurrence.of_pair(first, second, n_levels=n_levels)
+    calibrator = SimilaritySearch(rounds=ROUNDS, iterations=ITERATIONS, tolerance=0.0)
+    nearest = fit(AmeegcExact(), irradiance, brightness)
+    bound = pair_bound(
+        AmeegcExact(), nearest.parameters, noise, scene, table.n_pairs, n_levels=n_levels
+    )
+    return {"rmse": search(calibrator, table, truth).rmse, "bound": bound.rmse}
+
+
+def _stored(levels: Levels, camera: Camera, n_levels: int) -> Levels:
+    """Levels as they come back from a file, reduced to as many as a table holds."""
+    if camera.quality is not None:
+        levels = through_jpeg(levels.astype(np.uint8), camera.quality)
+    return level_table(camera.bits, n_levels)[levels] if 1 << camera.bits > n_levels else levels
