@@ -11,7 +11,7 @@ from chartless.errors import ParameterError
 from chartless.models import MODELS, AbstractModel, LinearModel
 from chartless.types import Bools, Floats, Indices
 
-# Numbers in residuals and Jacobians that are at work at once: 1 MB stays in the cache.
+# Numbers in residuals and Jacobians that are at work at once: 2 MB stay in the cache.
 _CHUNK = 2**18
 # Where a parameter moves no sample by more than this share of what the others do, it is
 # not determined.

@@ -8,12 +8,14 @@ import numpy as np
 
 from chartless._files import make_folder, write_text
 from chartless.curves import AbstractCurve
-from chartless.errors import OutputError
+from chartless.errors import OutputError, ParameterError
 from chartless.images import DataType, write_image
 from chartless.noise import AffineNoise
 from chartless.response import RESPONSE_SAMPLES
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, Floats32, JsonObject
+
+_FILE_BITS = (8, 16)
 
 
 def write_simulation(
@@ -52,7 +54,12 @@ def write_simulation(
     ------
     OutputError
         If the folder cannot be made or written, or holds further frames.
+    ParameterError
+        If the bit depth is neither 8 nor 16, or as for `simulate_frames`.
     """
+    if bit_depth not in _FILE_BITS:
+        msg = f"picture files hold 8 or 16 bits, not {bit_depth}"
+        raise ParameterError(msg)
     frames = simulate_frames(scene, curve, noise, n_frames=n_frames, bit_depth=bit_depth, seed=seed)
     make_folder(folder)
     paths = [folder / f"frame_{number}.png" for number in range(1, n_frames + 1)]

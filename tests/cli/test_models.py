@@ -20,9 +20,7 @@ def table_of(out: str) -> tuple[list[str], dict[str, list[str]]]:
     begins = [header.index(column) for column in columns]
     ends = [*begins[1:], None]
     cells = {
-        line.split()[0]: [
-            line[begin:end].strip() for begin, end in zip(begins, ends, strict=True)
-        ]
+        line.split()[0]: [line[begin:end].strip() for begin, end in zip(begins, ends, strict=True)]
         for line in lines
     }
     assert len(cells) == len(lines)

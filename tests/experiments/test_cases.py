@@ -3,7 +3,6 @@
 import json
 import math
 import os
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ class Counted:
 
     def __init__(self, *names: str) -> None:
         self.ran: list[str] = []
-        self.cases: dict[str, Callable[[], Any]] = {name: partial(self, name) for name in names}
+        self.cases: dict[str, partial[Any]] = {name: partial(self, name) for name in names}
 
     def __call__(self, name: str) -> Any:
         self.ran.append(name)

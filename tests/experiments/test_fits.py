@@ -4,6 +4,7 @@ import csv
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -72,9 +73,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def case_of(dorf: Dorf, rows: list[int], family: str, order: int) -> Any:
-    (case,) = [
-        case for *key, case in fits.plan(dorf, rows) if key == [family, order]
-    ]
+    (case,) = [case for *key, case in fits.plan(dorf, rows) if key == [family, order]]
     return case()
 
 
@@ -166,7 +165,7 @@ def test_each_order_of_an_extensible_family_comes_nearer(
                    "emor-monotone-left-out"):  # fmt: skip
         orders = by_family[family]
         assert [table.order for table in orders] == list(range(7))
-        for below, above in zip(orders, orders[1:], strict=False):
+        for below, above in pairwise(orders):
             assert np.all(above.rmse <= below.rmse + 1e-9), (family, above.order)
 
 
@@ -246,7 +245,7 @@ def test_the_winners_are_ranked(finished: tuple[Path, list[FitTable]]) -> None:
     ]
     got = [(int(row["parameters"]), int(row["place"]), row["family"]) for row in rows]
     assert got == expected
-    for before, after in zip(rows, rows[1:], strict=False):
+    for before, after in pairwise(rows):
         if before["parameters"] == after["parameters"]:
             assert float(before["median_rmse"]) <= float(after["median_rmse"])
 
@@ -268,9 +267,7 @@ def test_figures_are_drawn(dorf: Dorf, finished: tuple[Path, list[FitTable]]) ->
     chosen = [(0, 6, 11)[place] for place in np.argsort(exact.rmse)]
     titles = [axes.get_title() for axes in figures["4.png"].axes if axes.get_title()]
     words = ("good", "middling", "bad")
-    assert titles == [
-        f"{word}: {dorf.names[row]}" for word, row in zip(words, chosen, strict=True)
-    ]
+    assert titles == [f"{word}: {dorf.names[row]}" for word, row in zip(words, chosen, strict=True)]
 
 
 # Interruption

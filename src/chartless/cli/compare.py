@@ -1,9 +1,9 @@
 """``chartless compare``: all families fitted to measured curves."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from chartless.cli._options import AsJson
@@ -101,11 +101,11 @@ def _best(comparison: "Comparison") -> "list[Candidate]":
 
 
 def _difference(value: float, least: float) -> str:
-    return f"{value - least:.1f}" if np.isfinite(value) else "-"
+    return f"{value - least:.1f}" if math.isfinite(value) else "-"
 
 
 def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+    return value if math.isfinite(value) else None
 
 
 def _sizes(samples: "list[tuple[Floats, Floats]]") -> str:

@@ -1,9 +1,9 @@
 """``chartless fit``: a family fitted to a measured curve."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from chartless.cli._options import AsJson
@@ -43,7 +43,7 @@ def fit(
     irradiance, brightness = read_samples(curve)
     with naming(curve):
         found = fit_curve(model, irradiance, brightness)
-    errors = [float(each) if np.isfinite(each) else None for each in found.standard_errors]
+    errors = [float(each) if math.isfinite(each) else None for each in found.standard_errors]
     names = found.model.parameter_names
     if output is not None:
         from chartless.plotting import fits_figure, save_figure
