@@ -74,6 +74,10 @@ def noise(
     output: Output,
     cases: Annotated[int, typer.Option(min=1, help="Simulated cameras.")] = 200,
     jobs: Jobs = 1,
+    sweeps: Annotated[
+        int,
+        typer.Option(min=0, help="Cases for each point of the dependence on the frames; 0: none."),
+    ] = 4,
     scenes: Annotated[
         Path | None,
         typer.Option(
@@ -102,7 +106,7 @@ def noise(
     from chartless._files import write_text
     from chartless.datasets import load_dorf
     from chartless.experiments import noise as experiment
-    from chartless.experiments import noise_figures
+    from chartless.experiments import noise_figures, noise_sweeps
     from chartless.plotting import save_figure
 
     folder = experiment.default_scenes() if scenes is None else scenes
@@ -112,13 +116,22 @@ def noise(
             data, folder, output, n_cases=cases, seed=seed, jobs=jobs, scheduler=scheduler,
             on_case=on_case,
         )  # fmt: skip
-    for name, figure in (
+    with case_bar("varying the frames") as on_case:
+        points = [] if sweeps == 0 else noise_sweeps.run(
+            data, folder, output, n_cases=sweeps, seed=seed, jobs=jobs, scheduler=scheduler,
+            on_case=on_case,
+        )  # fmt: skip
+    figures = [
         ("fig4_scenes", noise_figures.scenes_figure(experiment.scene_files(folder))),
         ("fig5_search", noise_figures.search_figure(results)),
         ("fig5_errors", noise_figures.errors_figure(results)),
-    ):
-        save_figure(figure, output / f"{name}.png")
+    ]
     summary = experiment.summarize(results)
+    if points:
+        figures.append(("dependence", noise_figures.sweeps_figure(points)))
+        summary |= noise_sweeps.summarize(points)
+    for name, figure in figures:
+        save_figure(figure, output / f"{name}.png")
     write_text(output / "summary.json", json.dumps(summary, indent=1) + "\n")
     timing = experiment.timing(results)
     write_text(output / "timing.json", json.dumps(timing, indent=1) + "\n")

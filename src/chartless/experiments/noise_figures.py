@@ -6,7 +6,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chartless.experiments.noise import LEFT_OUT, MODEL_NAMES, OBJECTIVES, CaseResult, Outcome
+from chartless.experiments.noise import (
+    LEAST_SIZE,
+    LEFT_OUT,
+    MODEL_NAMES,
+    OBJECTIVES,
+    CaseResult,
+    Outcome,
+)
+from chartless.experiments.noise_sweeps import FACTORS, SweepPoint
 from chartless.images import read_values
 from chartless.plotting import BLUE, GREEN, ORANGE, VERMILION
 from chartless.types import Floats
@@ -90,3 +98,37 @@ def _draw_infeasible(axes: Axes, objective: str, results: list[CaseResult]) -> N
     axes.bar_label(bars)
     axes.set(ylabel=f"infeasible of {len(results)}", ylim=(0, len(results)))
     axes.tick_params(axis="x", labelsize=7)
+
+
+def sweeps_figure(points: list[SweepPoint]) -> Figure:
+    """Error against each property of the frames, with the bound of the same pairs dashed."""
+    figure = Figure(figsize=(11, 6.5), layout="constrained")
+    panels = figure.subplots(2, 3, sharey=True)
+    for axes, (factor, (label, values)) in zip(panels.flat, FACTORS.items(), strict=True):
+        own = [point for point in points if point.factor == factor]
+        places = np.arange(len(values))
+        low, middle, high = np.quantile([point.rmse for point in own], (0.25, 0.5, 0.75), axis=1)
+        axes.plot(places, middle, "o-", color=GREEN, label="exact AMEEGC, binned similarity")
+        axes.fill_between(places, low, high, color=GREEN, alpha=0.15, linewidth=0)
+        bounds = [float(np.median(point.bound)) for point in own]
+        axes.plot(places, bounds, "k--", label="Cramér–Rao bound")
+        axes.set(
+            xlabel=label, yscale="log", xticks=places,
+            xticklabels=[_tick(factor, value) for value in values],
+        )  # fmt: skip
+        axes.grid(visible=True, axis="y", color="0.92")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("RMSE of the response")
+    panels[0, 0].legend(frameon=False, fontsize="small")
+    n_cases = len(points[0].rmse)
+    figure.suptitle(f"One factor at a time, {n_cases} cases each: median, quartiles shaded")
+    return figure
+
+
+def _tick(factor: str, value: float | None) -> str:
+    if value is None:
+        return "none"
+    if factor == "stride":
+        rows, columns = (-(-length // int(value)) for length in LEAST_SIZE)
+        return f"{columns} × {rows}"
+    return f"{value:g}"
