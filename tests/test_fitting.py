@@ -312,6 +312,20 @@ def test_no_order_is_worse_than_the_one_below(dorf: Dorf, family: str):
     assert np.median(errors[-1]) < np.median(errors[0]) / 3
 
 
+@pytest.mark.slow
+def test_constrained_curves_of_all_cameras_increase_and_no_order_is_worse(dorf: Dorf):
+    x, curves = dorf.irradiance[::4], dorf.curves[:, ::4]
+    fine = np.linspace(0, 1, 20_001)
+    before = np.full(len(curves), np.inf)
+    for order in range(5):
+        fits = fit_many(f"meegc{order}", x, curves)
+
+        errors = np.array([each.rmse for each in fits])
+        assert np.max(errors - before) < 1e-6
+        assert all(np.all(np.diff(each.response(fine)) >= -1e-12) for each in fits)
+        before = errors
+
+
 # Medians over all 201 curves, DESIGN section 9.
 MEDIANS = {
     "ameegc": [0.02975, 0.00935, 0.00395],

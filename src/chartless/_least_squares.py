@@ -21,6 +21,7 @@ Inequalities = Callable[[Floats], tuple[Floats, Floats]]
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-4, 1e-14, 1e12
 _LEAST_GAIN = 1e-4
+_ROUNDING = 1e-30  # of squared residuals of order 1
 _LEAST_EIGENVALUE = 1e-7  # of JᵀJ with unit diagonal: J has a condition of some thousands
 _STOP = 0.9  # of the way to a bound is as far as a step goes
 
@@ -34,7 +35,7 @@ class Solutions:
     cost: Floats
     """Sum of squared residuals, shape (B,)."""
     converged: Bools
-    """Shape (B,); False where the limit of iterations came first."""
+    """Shape (B,); False where the limit of iterations came first, or no step was allowed."""
     evaluations: int
     """Of the function for one problem, in all."""
 
@@ -65,7 +66,7 @@ def least_squares(
         A problem has converged when the linear model promises to lower the sum of squares
         by less than this part of it.
     iterations : int
-        Evaluations per problem, at most.
+        Steps tried per problem, at most.
     at_once : int, optional
         How many problems are at work, at most; the next one begins when one has ended, so that
         their Jacobians stay in the cache. By default all.
@@ -126,12 +127,11 @@ def least_squares(
             bounds=bounds,
             inequalities=inequalities,
         )
-        done = (
-            (predicted[active] * damping[active].clip(min=1) <= tolerance * cost[active])
-            | (damping[active] > _MOST_DAMPING)
-            | ~np.isfinite(cost[active])
-        )
-        converged[active[done]] = np.isfinite(cost[active[done]])
+        settled = predicted[active] * damping[active].clip(min=1) <= tolerance * cost[active]
+        settled |= cost[active] <= _ROUNDING * residual.shape[1]
+        hopeless = (damping[active] > _MOST_DAMPING) | ~np.isfinite(cost[active])
+        converged[active] = settled & np.isfinite(cost[active])
+        done = settled | hopeless
         trial[active] = parameters[active] + delta
         active = active[~done & (used[active] < iterations)]
         following = np.arange(begun, min(begun + room - active.size, n_problems))

@@ -12,6 +12,8 @@ from chartless.types import Floats
 
 HIGHEST_ORDER = 6
 """Of the families of any order that are compared."""
+FAR_OFF = 0.1
+"""RMSE from which on a fit describes nothing: a linear camera is off by 0.2."""
 _FEWEST = 5
 _GRID = np.linspace(0.0, 1.0, 1024)
 _TOLERANCE = 1e-9
@@ -52,8 +54,12 @@ class Comparison:
 
     @property
     def recommended(self) -> Candidate | None:
-        """Least BIC among those whose fits are all valid responses; None if there is none."""
-        valid = [each for each in self.candidates if each.valid and np.isfinite(each.bic)]
+        """Least BIC among the valid responses that come near; None if there is none."""
+        valid = [
+            each
+            for each in self.candidates
+            if each.valid and np.isfinite(each.bic) and each.rmse < FAR_OFF
+        ]
         return min(valid, key=lambda each: each.bic, default=None)
 
 
@@ -115,6 +121,9 @@ def compare(
     ask for more parameters; so n is the number of independent samples,
     `independent_samples` of the closest fit.
     """
+    if not curves:
+        msg = "there is no curve to compare families on"
+        raise ParameterError(msg)
     for irradiance, brightness in curves:
         checked_samples(irradiance, brightness)
     fewest = min(irradiance.size for irradiance, _ in curves)
@@ -126,6 +135,9 @@ def compare(
         for name in (default_models() if models is None else models)
         if MODELS[name].penalty is not None or MODELS[name].n_parameters <= fewest - 2
     ]
+    if not names:
+        msg = f"{fewest} samples are too few for every one of the families asked for"
+        raise ParameterError(msg)
     fits: dict[str, tuple[Fit, ...]] = {}
     for done, name in enumerate(names, start=1):
         fits[name] = tuple(fit(name, irradiance, brightness) for irradiance, brightness in curves)
@@ -135,7 +147,7 @@ def compare(
     for place, (irradiance, brightness) in enumerate(curves):
         # The table comes as close as its smoothness lets it, whatever the errors are.
         own = [each[place] for each in fits.values() if each[place].model.penalty is None]
-        closest = min(own, key=lambda each: each.rmse)
+        closest = min(own or [each[place] for each in fits.values()], key=lambda each: each.rmse)
         counts.append(independent_samples(closest.response(irradiance) - brightness))
     candidates = []
     for name, each in fits.items():

@@ -36,7 +36,7 @@ class Fit:
     n_free: float
     """Effective number of parameters: without a penalty, those that no side constraint holds."""
     converged: bool
-    """False if the limit of iterations came first."""
+    """False if the limit of iterations came first, or the search ended at a wall of the family."""
 
     @property
     def standard_errors(self) -> Floats:
@@ -211,7 +211,11 @@ def _search(
             promoted = family.promoted(np.array(below))[:, np.newaxis]
             begin = np.concatenate([promoted, begin], axis=1)
     else:
-        begin = np.tile(np.asarray(starts, dtype=np.float64), (len(y), 1, 1))
+        given = np.atleast_2d(np.asarray(starts, dtype=np.float64))
+        if given.shape[1:] != (family.n_parameters,):
+            msg = f"starts are rows of {family.n_parameters} parameters, not {given.shape[1:]}"
+            raise ParameterError(msg)
+        begin = np.tile(given, (len(y), 1, 1))
     found, cost, ended = _descend(family, x, y, root, begin)
     best = np.argmin(np.where(np.isfinite(cost), cost, np.inf), axis=1)
     row = np.arange(len(y))

@@ -54,7 +54,7 @@ COUNTEREXAMPLES: dict[str, dict[Property, Fails]] = {
         Property.SMOOTH: Fails((0.0,)),
     },
     "emor-monotone": {Property.SMOOTH: Fails((0.0,))},
-    "inverse-emor": {Property.SMOOTH: Fails((0.0,))},
+    "inverse-emor": {Property.MONOTONE: Fails((-4.0,)), Property.SMOOTH: Fails((0.0,))},
     "logemor": {
         Property.MONOTONE: Fails((100.0,)),
         Property.BOUNDED: Fails((100.0,)),
@@ -98,7 +98,9 @@ def has_kinks(model: AbstractModel, parameters: Floats) -> bool:
 
 DISPROOF: dict[Property, Callable[[AbstractModel, Floats], bool]] = {
     Property.ENDS: misses_the_ends,
-    Property.MONOTONE: decreases,
+    Property.MONOTONE: lambda model, parameters: (
+        decreases(model, parameters) or not model.increases(parameters)
+    ),
     Property.BOUNDED: leaves_the_range,
     Property.SMOOTH: has_kinks,
 }

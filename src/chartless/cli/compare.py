@@ -61,7 +61,7 @@ def compare(
     if output is not None:
         from chartless.plotting import fits_figure, save_figure
 
-        drawn = [each.fits[0] for each in _best(comparison)[:_DRAWN]]
+        drawn = [each.fits[0] for each in _telling(comparison)]
         save_figure(fits_figure(*samples[0], drawn, title=curves[0].name), output)
     if as_json:
         print_json(_as_json(comparison))
@@ -100,6 +100,15 @@ def _best(comparison: "Comparison") -> "list[Candidate]":
     return list(families.values())
 
 
+def _telling(comparison: "Comparison") -> "list[Candidate]":
+    """Return the recommended family, then the best others whose curves differ, valid ones first."""
+    ranked = sorted(_best(comparison), key=lambda each: (not each.valid, each.bic))
+    if comparison.recommended is not None:
+        ranked.insert(0, comparison.recommended)
+    different = {f"{each.rmse:.3g}": each for each in reversed(ranked)}
+    return [each for each in ranked if different[f"{each.rmse:.3g}"] is each][:_DRAWN]
+
+
 def _difference(value: float, least: float) -> str:
     return f"{value - least:.1f}" if math.isfinite(value) else "-"
 
@@ -125,6 +134,7 @@ def _as_json(comparison: "Comparison") -> "JsonObject":
                 "aicc": _finite(each.aicc),
                 "bic": _finite(each.bic),
                 "valid_response": each.valid,
+                "converged": all(fit.converged for fit in each.fits),
                 "parameters": [fit.parameters.tolist() for fit in each.fits],
             }
             for each in comparison.candidates

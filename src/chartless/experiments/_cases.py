@@ -2,20 +2,18 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
 from chartless._files import make_folder, write_text
-from chartless.errors import ParameterError
+from chartless._parallel import WorkerError, run_all
 from chartless.types import JsonObject
 
 Case = Callable[[], JsonObject]
 """A case knows its arguments (`functools.partial`), can be pickled, and returns its result."""
-
-_PATIENCE = 10  # seconds to wait for a scheduler
-_RETRIES = 3
 
 OnCase = Callable[[int, int], None]
 """Called with the number of cases done and the number in all."""
@@ -43,7 +41,8 @@ def run_cases(
     jobs : int
         Processes. Results do not depend on their number: each case computes with one thread.
     scheduler : str, optional
-        Address of a Dask scheduler, on whose workers the cases run instead.
+        Address of a Dask scheduler, on whose workers the cases run instead; a case whose worker
+        dies is given to another one.
     on_case : OnCase, optional
 
     Returns
@@ -57,6 +56,10 @@ def run_cases(
         If the folder cannot be written.
     ParameterError
         If the scheduler does not answer, or Dask is not installed.
+    WorkerError
+        If a worker process was killed; on Dask, if one case took several workers along.
+    Exception
+        Whatever a case raises. What is on record stays there after any of these.
     """
     make_folder(folder)
     results = {name: _recorded(folder, name, fingerprint) for name in cases}
@@ -64,14 +67,18 @@ def run_cases(
     done = len(cases) - len(missing)
     if on_case is not None:
         on_case(done, len(cases))
-    computed = _on_processes(missing, jobs) if scheduler is None else _on_dask(missing, scheduler)
-    for name, result in computed:
-        content = {"fingerprint": fingerprint, "result": result}
-        write_text(folder / f"{name}.json", json.dumps(content))
-        results[name] = result
-        done += 1
-        if on_case is not None:
-            on_case(done, len(cases))
+    try:
+        with closing(run_all(missing, jobs=jobs, scheduler=scheduler)) as computed:
+            for name, result in computed:
+                content = {"fingerprint": fingerprint, "result": result}
+                write_text(folder / f"{name}.json", json.dumps(content))
+                results[name] = result
+                done += 1
+                if on_case is not None:
+                    on_case(done, len(cases))
+    except WorkerError as error:
+        msg = f"{error}; {done} of {len(cases)} cases are recorded in {folder}: run it again"
+        raise WorkerError(msg) from error
     return {name: result for name, result in results.items() if result is not None}
 
 
@@ -79,8 +86,11 @@ def fingerprint_of(*parts: object) -> str:
     """Digest of arrays, texts and numbers."""
     digest = hashlib.sha256()
     for part in parts:
-        content = part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode()
-        digest.update(content + b"\0")
+        if isinstance(part, np.ndarray):
+            digest.update(f"{part.dtype} {part.shape} ".encode() + part.tobytes())
+        else:
+            digest.update(repr(part).encode())
+        digest.update(b"\0")
     return digest.hexdigest()[:16]
 
 
@@ -94,41 +104,3 @@ def _recorded(folder: Path, name: str, fingerprint: str) -> JsonObject | None:
         return None
     result = content.get("result")
     return result if isinstance(result, dict) else None
-
-
-def _on_processes(cases: Mapping[str, Case], jobs: int) -> Iterator[tuple[str, JsonObject]]:
-    if jobs == 1 or len(cases) <= 1:
-        yield from (_single_threaded(name, case) for name, case in cases.items())
-        return
-    from joblib import Parallel, delayed
-
-    pool = Parallel(n_jobs=jobs, return_as="generator_unordered", max_nbytes=None)
-    yield from pool(delayed(_single_threaded)(name, case) for name, case in cases.items())
-
-
-def _on_dask(cases: Mapping[str, Case], scheduler: str) -> Iterator[tuple[str, JsonObject]]:
-    try:
-        from distributed import Client, as_completed
-    except ImportError as error:
-        msg = "a scheduler needs Dask: pip install 'chartless[dask]'"
-        raise ParameterError(msg) from error
-    try:
-        client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:
-        msg = f"no Dask scheduler answers at {scheduler}: start one with `dask scheduler`"
-        raise ParameterError(msg) from error
-    with client:
-        # A worker that dies takes its running case along; Dask gives it to another.
-        futures = client.map(
-            _single_threaded, *zip(*cases.items(), strict=True), pure=False, retries=_RETRIES
-        )
-        for future in as_completed(futures):
-            yield future.result()
-            future.release()
-
-
-def _single_threaded(name: str, case: Case) -> tuple[str, JsonObject]:
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(limits=1):
-        return name, case()

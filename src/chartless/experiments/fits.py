@@ -1,12 +1,13 @@
 """How compactly does each family describe measured cameras? Sections III and IV of the paper.
 
 Every family at every order is fitted to every curve of the Database of Response Functions.
-EMoR appears a second time as ``emor-left-out``: a basis made from the curves that it is
-tested on flatters itself, so there the basis of each fit is made without the camera under test.
+EMoR appears a second time as ``emor-left-out``, and so do its monotone and logarithmic forms: a
+basis made from the curves that it is tested on flatters itself, so there the basis of each fit
+is made without the camera under test.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,14 +20,26 @@ from chartless.comparison import stays_inside
 from chartless.datasets import Dorf
 from chartless.experiments._cases import Case, OnCase, fingerprint_of, run_cases
 from chartless.fitting import Fit, fit_many
-from chartless.models import MODELS, Emor, EmorMonotone, principal_basis
+from chartless.models import (
+    MODELS,
+    AbstractModel,
+    Basis,
+    Emor,
+    EmorMonotone,
+    LogEmor,
+    principal_basis,
+)
 from chartless.types import Bools, Floats, JsonObject
 
 ORDERS = range(7)
 """The paper compares orders 0 to 6."""
 LEFT_OUT = "-left-out"
 """Ends the names of families whose basis is made without the camera under test."""
-_LEFT_OUT_MODELS = {"emor": Emor, "emor-monotone": EmorMonotone}
+_LEFT_OUT_MODELS: dict[str, Callable[[int, Basis], AbstractModel]] = {
+    "emor": Emor,
+    "emor-monotone": EmorMonotone,
+    "logemor": LogEmor,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +133,7 @@ def plan(dorf: Dorf, rows: list[int]) -> Iterator[tuple[str, int, Case]]:
 
 
 def summarize(tables: list[FitTable]) -> JsonObject:
-    """Statistics by family and order, and the best families at each number of parameters."""
+    """Statistics by family and order."""
     fits: JsonObject = {}
     for table in tables:
         fits.setdefault(table.family, {})[str(table.order)] = table.summary
@@ -147,9 +160,11 @@ def _fit_all(name: str, irradiance: Floats, curves: Floats) -> JsonObject:
 def _fit_left_out(family: str, order: int, dorf: Dorf, rows: list[int]) -> JsonObject:
     begun = time.perf_counter()
     fits: dict[int, Fit] = {}
-    for one_of_camera in {dorf.cameras[row]: row for row in rows}.values():
+    cameras = dorf.cameras
+    samples = np.log(dorf.curves[:, 1:]) if family == "logemor" else dorf.curves
+    for one_of_camera in {cameras[row]: row for row in rows}.values():
         remaining = dorf.left_out(one_of_camera)
-        model = _LEFT_OUT_MODELS[family](order, principal_basis(dorf.curves[remaining]))
+        model = _LEFT_OUT_MODELS[family](order, principal_basis(samples[remaining]))
         own = [row for row in rows if not remaining[row]]
         found = fit_many(model, dorf.irradiance, dorf.curves[own])
         fits.update(zip(own, found, strict=True))
@@ -178,6 +193,7 @@ def _table(family: str, order: int, result: JsonObject) -> FitTable:
 
 
 def _write_fits(path: Path, dorf: Dorf, rows: list[int], tables: list[FitTable]) -> None:
+    kinds, cameras = dorf.kinds, dorf.cameras
     first_equal = {row: group[0] for group in dorf.duplicates for row in group[1:]}
     header = (
         "family", "order", "row", "name", "kind", "camera", "equals_row",
@@ -192,8 +208,8 @@ def _write_fits(path: Path, dorf: Dorf, rows: list[int], tables: list[FitTable])
                 table.order,
                 row,
                 dorf.names[row],
-                dorf.kinds[row],
-                dorf.cameras[row],
+                kinds[row],
+                cameras[row],
                 first_equal.get(row, ""),
                 f"{table.rmse[place]:.8f}",
                 int(table.not_monotone[place]),

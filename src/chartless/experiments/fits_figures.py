@@ -66,7 +66,7 @@ def boxes_figure(tables: list[FitTable]) -> Figure:
         axes.set_ylabel("RMSE in brightness")
     panels.flat[0].legend(frameon=False, loc="lower left", fontsize="small")
     figure.suptitle(
-        "Fits to the measured responses: median, quartiles, whiskers to 1.5 quartile ranges",
+        "Fits to the measured responses: median, quartiles, whiskers from 5 to 95 %",
         fontsize=12,
     )
     return figure
@@ -98,7 +98,13 @@ def medians_figure(tables: list[FitTable]) -> Figure:
 def examples_figure(dorf: Dorf, tables: list[FitTable], rows: list[int]) -> Figure:
     """Fig. 3: the curves that the exact AMEEGC fits best, middling and worst."""
     (exact,) = _of_family("ameegc-exact", tables)
-    ranked = np.argsort(exact.rmse)
+    distinct = set(dorf.distinct)
+    telling = [
+        place
+        for place, row in enumerate(rows)
+        if row in distinct and dorf.kinds[row] != "gamma"  # which it contains
+    ] or range(len(rows))
+    ranked = sorted(telling, key=lambda place: float(exact.rmse[place]))
     figure = Figure(figsize=(11, 5.5), layout="constrained")
     panels = figure.subplots(2, 3, height_ratios=(3, 1), sharey="row")
     chosen = {"good": ranked[0], "middling": ranked[len(ranked) // 2], "bad": ranked[-1]}
@@ -117,6 +123,7 @@ def _draw_boxes(axes: Axes, family: str, tables: list[FitTable]) -> None:
     own = _of_family(family, tables)
     axes.boxplot(
         [table.rmse for table in own],
+        whis=(5, 95),
         positions=[table.order for table in own],
         widths=0.6,
         flierprops={"marker": ".", "markersize": 2, "markeredgecolor": "0.6"},

@@ -7,7 +7,7 @@ co-occurrence table and is compared with the truth.
 
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -107,19 +107,30 @@ def read_scene(path: Path) -> Floats:
     Raises
     ------
     ImageError
-        If the file cannot be read, is no colour picture or is smaller than 1600 × 900.
+        If the file cannot be read or is no colour picture.
     """
     values = read_values(path).values
-    rows, columns, channels = values.shape
+    channels = values.shape[2]
     if channels != 3:  # noqa: PLR2004 - red, green, blue
         msg = f"a scene is an RGB photograph, this one has {channels} channel(s)"
         raise ImageError(str(path), msg)
-    if rows < LEAST_SIZE[0] or columns < LEAST_SIZE[1]:
-        msg = (
-            f"a scene has {LEAST_SIZE[1]} × {LEAST_SIZE[0]} pixels or more, not {columns} × {rows}"
-        )
-        raise ImageError(str(path), msg)
     return SrgbCurve().inverse(values[..., _GREEN].clip(0, 1))
+
+
+def check_scenes(paths: Iterable[Path]) -> None:
+    """Refuse photographs that cannot be read or are too small, before hours of work.
+
+    Raises
+    ------
+    ImageError
+        As for `read_scene`, and if one is smaller than 1600 × 900.
+    """
+    for path in paths:
+        rows, columns = read_scene(path).shape
+        if rows < LEAST_SIZE[0] or columns < LEAST_SIZE[1]:
+            least = f"{LEAST_SIZE[1]} × {LEAST_SIZE[0]}"
+            msg = f"a scene has {least} pixels or more, not {columns} × {rows}"
+            raise ImageError(str(path), msg)
 
 
 def draw_cases(scenes: list[Path], dorf: Dorf, n_cases: int, seed: int) -> list[NoiseCase]:
@@ -219,14 +230,13 @@ def run(
     """
     make_folder(output)
     files = scene_files(scenes)
-    for path in files[:n_cases]:
-        read_scene(path)  # an unfit one is refused before hours of work, not after
+    check_scenes(files[:n_cases])
     paths = {path.name: path for path in files}
     cases = draw_cases(files, dorf, n_cases, seed)
     sizes = [(path.name, path.stat().st_size) for path in files]
     recorded = run_cases(
         {
-            f"case-{case.number:04d}": partial(_case, case, paths[case.scene], dorf)
+            f"case-{case.number:04d}": partial(_case, case, paths[case.scene], dorf, METHODS)
             for case in cases
         },
         output / "cases",
@@ -264,10 +274,12 @@ def timing(results: list[CaseResult]) -> JsonObject:
     }
 
 
-def methods_for(dorf: Dorf, row: int) -> Iterator[tuple[str, SimilaritySearch]]:
+def methods_for(
+    dorf: Dorf, row: int, methods: Iterable[str] = METHODS
+) -> Iterator[tuple[str, SimilaritySearch]]:
     """Name and calibrator of each method, where the response in `row` is under test."""
     basis = principal_basis(dorf.curves[dorf.left_out(row)])
-    for method in METHODS:
+    for method in methods:
         objective, name = method.split("/")
         yield (
             method,
@@ -298,13 +310,13 @@ def search(calibrator: SimilaritySearch, table: Cooccurrence, truth: SampledCurv
     )
 
 
-def _case(case: NoiseCase, path: Path, dorf: Dorf) -> JsonObject:
+def _case(case: NoiseCase, path: Path, dorf: Dorf, methods: tuple[str, ...]) -> JsonObject:
     truth = true_curve(dorf.irradiance, dorf.curves[case.row])
     first, second = simulate_frames(read_scene(path), truth, case.noise, seed=case.seed)
     table = Cooccurrence.of_pair(first, second)
     return {
         method: asdict(search(calibrator, table, truth))
-        for method, calibrator in methods_for(dorf, case.row)
+        for method, calibrator in methods_for(dorf, case.row, methods)
     }
 
 

@@ -129,7 +129,7 @@ class PolynomialExponentModel(ExponentModel):
 
 
 def _ends(x: Floats, inside: Floats, at_zero: float, at_one: float) -> Floats:
-    """Write both ends into an array (..., N) of nobody else's."""
+    """Set both ends of an array (..., N), in place."""
     inside[..., x == 0] = at_zero
     inside[..., x == 1] = at_one
     return inside

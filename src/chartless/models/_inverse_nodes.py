@@ -32,11 +32,11 @@ class InverseNodesModel(AbstractModel):
     def evaluate(self, irradiance: Floats, parameters: Floats) -> tuple[Floats, Floats]:
         if parameters.ndim > 1:
             each = [
-                self.evaluate(irradiance, one) for one in parameters.reshape(-1, self.order + 1)
+                self.evaluate(irradiance, one) for one in parameters.reshape(-1, self.n_parameters)
             ]
             shape = (*parameters.shape[:-1], irradiance.size)
             response = np.reshape([one[0] for one in each], shape)
-            return response, np.reshape([one[1] for one in each], (*shape, self.order + 1))
+            return response, np.reshape([one[1] for one in each], (*shape, self.n_parameters))
         response = self._response(irradiance, parameters)
         slope = self._derivative(irradiance, parameters)
         by_node = interpolate(self._node_gradient(parameters).T, response).T
@@ -45,7 +45,7 @@ class InverseNodesModel(AbstractModel):
     @override
     def _response(self, x: Floats, parameters: Floats) -> Floats:
         if parameters.ndim > 1:
-            each = [self._response(x, one) for one in parameters.reshape(-1, self.order + 1)]
+            each = [self._response(x, one) for one in parameters.reshape(-1, self.n_parameters)]
             return np.reshape(each, (*parameters.shape[:-1], x.size))
         # Where g stays at 0 or 1 for a while, f jumps there and no line leads to its end.
         inside = invert_nodes(self._nodes(parameters), x)

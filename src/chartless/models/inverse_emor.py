@@ -44,10 +44,7 @@ class InverseEmor(InverseNodesModel):
     @property
     @override
     def properties(self) -> frozenset[Property]:
-        return frozenset(
-            {Property.ENDS, Property.MONOTONE, Property.BOUNDED, Property.EXTENSIBLE,
-             Property.COMPACT}
-        )  # fmt: skip
+        return frozenset({Property.ENDS, Property.BOUNDED, Property.EXTENSIBLE, Property.COMPACT})
 
     @property
     @override
