@@ -1,8 +1,11 @@
 """Independent cases: recorded one by one, never done twice, the same on every number of jobs."""
 
+import errno
 import json
 import math
 import os
+import signal
+import time
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,7 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chartless.errors import OutputError
+from chartless._parallel import WorkerError
+from chartless.errors import ImageError, OutputError, ParameterError
 from chartless.experiments import fingerprint_of, run_cases
 
 
@@ -227,7 +231,87 @@ def test_a_case_computes_with_one_thread(tmp_path: Path) -> None:
     assert run_cases({"a": threads}, tmp_path, fingerprint="f") == {"a": {"most": 1}}
 
 
+def killed() -> Any:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def refused() -> Any:
+    time.sleep(0.2)
+    raise ImageError("a.png", "no such file")
+
+
+def test_a_killed_process_is_one_line_and_costs_no_record(tmp_path: Path) -> None:
+    cases: dict[str, Any] = {f"{n}": partial(dict, value=n) for n in range(20)}
+    calls: list[int] = []
+
+    with pytest.raises(WorkerError, match=r"killed.*recorded in .*run it again") as caught:
+        run_cases(
+            {**cases, "fatal": killed},
+            tmp_path,
+            fingerprint="f",
+            jobs=2,
+            on_case=lambda done, _: calls.append(done),
+        )
+    assert f"; {calls[-1]} of 21 cases are recorded" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert len(list(tmp_path.iterdir())) == calls[-1]
+
+    results = run_cases({**cases, "fatal": dict}, tmp_path, fingerprint="f", jobs=2)
+
+    assert len(results) == 21
+
+
+def test_an_error_in_another_process_is_its_own(tmp_path: Path) -> None:
+    cases: dict[str, Any] = {f"{n}": partial(dict, value=n) for n in range(2)}
+
+    with pytest.raises(ImageError, match=r"^a\.png: no such file$"):
+        run_cases({**cases, "bad": refused}, tmp_path, fingerprint="f", jobs=2)
+
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.json", "1.json"]
+
+
+@pytest.mark.filterwarnings("error")  # joblib tells what it leaves undone
+def test_several_processes_are_interrupted_in_silence(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt(done: int, _: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    cases = {f"{n}": partial(dict, value=n) for n in range(50)}
+    with pytest.raises(KeyboardInterrupt):
+        run_cases(cases, tmp_path, fingerprint="f", jobs=2, on_case=interrupt)
+
+    assert len(list(tmp_path.iterdir())) == 3
+    assert capfd.readouterr() == ("", "")
+
+
+def test_no_processes_run_nothing(counted: Counted, tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="jobs must be 1 or more, not 0"):
+        run_cases(counted.cases, tmp_path, fingerprint="f", jobs=0)
+
+
 # Folders
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_full_disk_ends_the_run(
+    jobs: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = Path.write_text
+
+    def full(path: Path, *arguments: Any, **settings: Any) -> int:
+        if len(list(tmp_path.glob("*.json"))) == 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, *arguments, **settings)
+
+    monkeypatch.setattr(Path, "write_text", full)
+    cases = {f"{n}": partial(dict, value=n) for n in range(6)}
+
+    with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
+        run_cases(cases, tmp_path, fingerprint="f", jobs=jobs)
+
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_a_folder_that_cannot_be_made(counted: Counted, tmp_path: Path) -> None:
