@@ -220,6 +220,7 @@ def test_json_says_all_there_is(curve: Path, tmp_path: Path, chartless: Chartles
                 "aicc": each.aicc,
                 "bic": each.bic,
                 "valid_response": each.valid,
+                "converged": True,
                 "parameters": [one.parameters.tolist() for one in each.fits],
             }
             for each in found.candidates

@@ -24,7 +24,7 @@ Refusal = Callable[..., str]
 
 STATISTICS = ["median", "q25", "q75", "mean", "max", "not_monotone", "out_of_range", "seconds"]
 FIGURES = ["fig1_responses", "fig2_medians", "fig2_rmse_by_order", "fig3_examples"]
-LEFT_OUT = ("emor-left-out", "emor-monotone-left-out")
+LEFT_OUT = ("emor-left-out", "emor-monotone-left-out", "logemor-left-out")
 CASES = 3
 
 

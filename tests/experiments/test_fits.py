@@ -18,7 +18,7 @@ from chartless.experiments.fits import FitTable
 from chartless.fitting import fit
 from chartless.models import MODELS, Table
 
-LEFT_OUT = ("emor-left-out", "emor-monotone-left-out")
+LEFT_OUT = ("emor-left-out", "emor-monotone-left-out", "logemor-left-out")
 QUICK = {"gamma", "ameegc", "ameegc-exact", "poly", "emor", "emor-left-out"}
 
 

@@ -36,7 +36,7 @@ def fit(
         chartless fit curve.csv
         chartless fit curve.csv --model gumbel4 -o fit.png
     """
-    from chartless.comparison import FAR_OFF, is_valid
+    from chartless.comparison import is_valid
     from chartless.curve_file import read_samples
     from chartless.fitting import fit as fit_curve
 
@@ -74,8 +74,8 @@ def fit(
     if len(rows) > _SHOWN:
         print(f"… and {len(rows) - _SHOWN} more (see --json)")
     print(f"RMSE {found.rmse:.6f} over {found.n_samples} samples")
-    if found.rmse > FAR_OFF:
-        remark("no member of the family comes near these samples: are the columns in order?")
+    if brightness[-1] < brightness[0]:
+        remark("brightness falls as irradiance rises: is the order of columns and rows right?")
     if not found.converged:
         remark("the search did not settle: the family may not reach so steep a curve")
     if not is_valid(found):
