@@ -12,7 +12,7 @@ from chartless.types import Floats
 
 HIGHEST_ORDER = 6
 """Of the families of any order that are compared."""
-FAR_OFF = 0.1
+FAR_OFF = 0.15
 """RMSE from which on a fit describes nothing: a linear camera is off by 0.2."""
 _FEWEST = 5
 _GRID = np.linspace(0.0, 1.0, 1024)

@@ -237,7 +237,7 @@ def killed() -> Any:
 
 def refused() -> Any:
     time.sleep(0.2)
-    raise ImageError("a.png", "no such file")
+    raise ImageError("a.png", "no such file")  # noqa: EM101 - a path
 
 
 def test_a_killed_process_is_one_line_and_costs_no_record(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ def fit(
     if brightness[-1] < brightness[0]:
         remark("brightness falls as irradiance rises: is the order of columns and rows right?")
     if not found.converged:
-        remark("the search did not settle: the family may not reach so steep a curve")
+        remark("the search did not settle: at a limit of the family, or at a kink of its curves")
     if not is_valid(found):
         remark("the fitted curve is no valid response: it decreases, or misses 0, 1 or the range")
     if output is not None:
