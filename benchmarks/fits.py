@@ -13,8 +13,8 @@ trf, lm      a loop over curves and starts of SciPy's solver by that method, wit
 exponential  nothing but np.exp over as many numbers as the evaluations of the batch need, in
              pieces that stay in the cache: no solver with as many evaluations can be faster
 
-What is above that limit: some thirty passes of memory over residuals and Jacobians in each
-evaluation, and their QR factorisation.
+That limit is far: the exponentials take a fortieth of the time. The rest is passes of memory over
+residuals and Jacobians, their products, and what NumPy spends between a hundred array operations.
 
 Times are the best of the repeats, which run all ways in turn; the ratio to the faster method of
 SciPy is the median of those of neighbouring runs, and stands beside that of the best. The run
