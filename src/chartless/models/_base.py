@@ -1,9 +1,9 @@
 """What every family of response curves promises, and the registry of families."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -125,9 +125,10 @@ class AbstractModel(ABC):
         return None
 
     @property
-    def lower(self) -> "AbstractModel | None":
-        """The same family at the order below, where `promoted` takes its parameters up."""
-        return None
+    def lower(self) -> Self | None:
+        """The same family at the order below, if it is extensible; `promoted` leads back up."""
+        extends = self.order > 0 and Property.EXTENSIBLE in self.properties
+        return replace(self, order=self.order - 1) if extends else None
 
     def promoted(self, parameters: Floats) -> Floats:
         """Parameters of this order, (..., P), for the curves of `lower`, (..., P − 1)."""

@@ -128,6 +128,29 @@ class PolynomialExponentModel(ExponentModel):
         return gradient
 
 
+@dataclass(frozen=True, slots=True)
+class FreeExponentModel(PolynomialExponentModel):
+    """The parameters are the coefficients of ψ themselves."""
+
+    @property
+    @override
+    def parameter_names(self) -> tuple[str, ...]:
+        return tuple(f"a{j}" for j in range(self.order + 1))
+
+    @property
+    @override
+    def identity(self) -> Floats:
+        return np.zeros(self.order + 1)
+
+    @override
+    def coefficients(self, parameters: Floats) -> Floats:
+        return parameters
+
+    @override
+    def coefficient_jacobian(self, parameters: Floats) -> Floats:
+        return np.broadcast_to(np.eye(self.order + 1), (*parameters.shape, self.order + 1))
+
+
 def _ends(x: Floats, inside: Floats, at_zero: float, at_one: float) -> Floats:
     """Set both ends of an array (..., N), in place."""
     inside[..., x == 0] = at_zero

@@ -6,16 +6,17 @@ Response Functions by ``scripts/fit_emor.py``; `principal_basis` makes one from 
 for instance without the camera on which a method is to be tested.
 """
 
-from abc import abstractmethod
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
 
 from chartless.errors import ParameterError
-from chartless.models._linear import LinearModel
+from chartless.models._base import AbstractModel
+from chartless.models._linear import LinearModel, coefficient_names
 from chartless.types import Floats
 
 N_COMPONENTS = 25
@@ -96,39 +97,28 @@ def invert_nodes(nodes: Floats, y: Floats) -> Floats:
     return places
 
 
-def checked_order(family: str, order: int, basis: Basis | None) -> None:
-    """Raise ParameterError unless the basis has order + 1 components."""
-    available = N_COMPONENTS if basis is None else len(basis.components)
-    if not 0 <= order < available:
-        msg = f"{family} has the orders 0 to {available - 1}, not {order}"
-        raise ParameterError(msg)
-
-
-def coefficient_names(order: int) -> tuple[str, ...]:
-    """Names of N + 1 parameters, from ``c1``."""
-    return tuple(f"c{j}" for j in range(1, order + 2))
-
-
 @dataclass(frozen=True, slots=True)
-class PrincipalModel(LinearModel):
-    """f = mean + Σ_j c_j component_j of measured responses.
+class BasisModel(AbstractModel):
+    """Coefficients of principal components; a leaf says what they are the components of.
 
     Parameters
     ----------
     order : int
         One less than the number of components.
     basis : Basis, optional
-        Of responses; without, that of 201 measured cameras.
+        Without, that of 201 measured cameras.
     """
 
+    kind: ClassVar[str]
+    """Of basis, as `measured_basis` names it."""
     order: int = 4
     basis: Basis | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        checked_order(self.family, self.order, self.basis)
-
-    @abstractmethod
-    def _with_order(self, order: int) -> "PrincipalModel": ...
+        available = N_COMPONENTS if self.basis is None else len(self.basis.components)
+        if not 0 <= self.order < available:
+            msg = f"{self.family} has the orders 0 to {available - 1}, not {self.order}"
+            raise ParameterError(msg)
 
     @property
     @override
@@ -138,38 +128,47 @@ class PrincipalModel(LinearModel):
     @property
     @override
     def identity(self) -> Floats:
-        mean, components = self.nodes
-        linear: Floats = components @ (np.linspace(0, 1, mean.size) - mean)
-        return linear
+        return self.projected(np.linspace(0, 1, self.parts[0].size))
 
     @property
-    @override
-    def lower(self) -> "PrincipalModel | None":
-        return self._with_order(self.order - 1) if self.order else None
-
-    @property
-    def nodes(self) -> tuple[Floats, Floats]:
+    def parts(self) -> tuple[Floats, Floats]:
         """Mean (n,) and as many components (P, n) as there are parameters."""
-        basis = self.basis or measured_basis("response")
+        basis = self._basis
         return basis.mean, basis.components[: self.order + 1]
 
     @property
     def deviations(self) -> Floats:
         """Standard deviations of the parameters over the curves of the basis, shape (P,)."""
-        basis = self.basis or measured_basis("response")
-        return basis.deviations[: self.order + 1]
+        return self._basis.deviations[: self.order + 1]
+
+    def projected(self, curves: Floats) -> Floats:
+        """Coefficients (..., P) of the members nearest to curves (..., n) on the grid."""
+        mean, components = self.parts
+        coefficients: Floats = (curves - mean) @ components.T
+        return coefficients
+
+    @property
+    def _basis(self) -> Basis:
+        return self.basis or measured_basis(self.kind)
+
+
+@dataclass(frozen=True, slots=True)
+class PrincipalModel(BasisModel, LinearModel):
+    """f = mean + Σ_j c_j component_j of measured responses."""
+
+    kind: ClassVar[str] = "response"
 
     @override
     def design(self, x: Floats) -> tuple[Floats, Floats]:
-        mean, components = self.nodes
+        mean, components = self.parts
         return interpolate(mean, x), interpolate(components, x).T
 
     @override
     def design_slope(self, x: Floats) -> tuple[Floats, Floats]:
-        mean, components = self.nodes
+        mean, components = self.parts
         return interpolated_slope(mean, x), interpolated_slope(components, x).T
 
     @override
     def _inverse(self, y: Floats, parameters: Floats) -> Floats:
-        mean, components = self.nodes
+        mean, components = self.parts
         return invert_nodes(mean + parameters @ components, y)

@@ -56,11 +56,6 @@ class Ameegc(PolynomialExponentModel):
     def identity(self) -> Floats:
         return np.array([0.0, np.sqrt(np.e), np.sqrt(2 * np.e)])[: self.order + 1]
 
-    @property
-    @override
-    def lower(self) -> "Ameegc | None":
-        return Ameegc(order=self.order - 1) if self.order else None
-
     @override
     def promoted(self, parameters: Floats) -> Floats:
         last = (

@@ -7,14 +7,14 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.models._base import Property, register_model
-from chartless.models._linear import LinearModel
+from chartless.models._linear import PowersModel
 from chartless.models._orders import HIGHEST_ORDER
 from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class ConPoly(LinearModel):
+class ConPoly(PowersModel):
     r"""Polynomial of order N: :math:`f = I^{N+2} + \sum_{j=1}^{N+1} c_j (I^j - I^{N+2})`.
 
     The polynomials of `Poly` with one degree more and f(1) = 1.
@@ -34,21 +34,6 @@ class ConPoly(LinearModel):
     def properties(self) -> frozenset[Property]:
         return frozenset({Property.ENDS, Property.SMOOTH, Property.EXTENSIBLE, Property.ANALYTICAL})
 
-    @property
-    @override
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(f"c{j}" for j in range(1, self.order + 2))
-
-    @property
-    @override
-    def identity(self) -> Floats:
-        return np.asarray(np.eye(self.order + 1)[0])
-
-    @property
-    @override
-    def lower(self) -> "ConPoly | None":
-        return ConPoly(order=self.order - 1) if self.order else None
-
     @override
     def promoted(self, parameters: Floats) -> Floats:
         # The highest power of the order below, whose coefficient is 1 − Σ c, becomes free.
@@ -58,14 +43,12 @@ class ConPoly(LinearModel):
     @override
     def design(self, x: Floats) -> tuple[Floats, Floats]:
         highest = x ** (self.order + 2)
-        powers = x[:, np.newaxis] ** np.arange(1, self.order + 2)
-        return highest, powers - highest[:, np.newaxis]
+        return highest, self.powers(x) - highest[:, np.newaxis]
 
     @override
     def design_slope(self, x: Floats) -> tuple[Floats, Floats]:
         highest = (self.order + 2) * x ** (self.order + 1)
-        powers = np.arange(1, self.order + 2)
-        return highest, powers * x[:, np.newaxis] ** (powers - 1) - highest[:, np.newaxis]
+        return highest, self.power_slopes(x) - highest[:, np.newaxis]
 
 
 register_model(*(ConPoly(order=order) for order in range(HIGHEST_ORDER + 1)))

@@ -3,18 +3,16 @@
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-import numpy as np
 from typing_extensions import override
 
 from chartless.models._base import Property, register_model
-from chartless.models._exponent import PolynomialExponentModel
+from chartless.models._exponent import FreeExponentModel
 from chartless.models._orders import HIGHEST_ORDER
-from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Eegc(PolynomialExponentModel):
+class Eegc(FreeExponentModel):
     r"""EEGC of order N: :math:`f(I) = I^{\exp\psi(I)}`, :math:`\psi = \sum_{j=0}^N \alpha_j I^j`.
 
     Extensible (order N contains order N − 1), always bounded and through both ends,
@@ -34,29 +32,6 @@ class Eegc(PolynomialExponentModel):
     @override
     def properties(self) -> frozenset[Property]:
         return frozenset(Property) - ({Property.MONOTONE} if self.order else set())
-
-    @property
-    @override
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(f"a{j}" for j in range(self.order + 1))
-
-    @property
-    @override
-    def identity(self) -> Floats:
-        return np.zeros(self.order + 1)
-
-    @property
-    @override
-    def lower(self) -> "Eegc | None":
-        return Eegc(order=self.order - 1) if self.order else None
-
-    @override
-    def coefficients(self, parameters: Floats) -> Floats:
-        return parameters
-
-    @override
-    def coefficient_jacobian(self, parameters: Floats) -> Floats:
-        return np.broadcast_to(np.eye(self.order + 1), (*parameters.shape, self.order + 1))
 
 
 # The source paper compares orders 0 … 6; Eegc(order=N) serves any other.

@@ -26,9 +26,5 @@ class Emor(PrincipalModel):
     def properties(self) -> frozenset[Property]:
         return frozenset({Property.ENDS, Property.EXTENSIBLE, Property.COMPACT})
 
-    @override
-    def _with_order(self, order: int) -> "Emor":
-        return Emor(order, self.basis)
-
 
 register_model(*(Emor(order) for order in range(N_COMPONENTS)))

@@ -41,15 +41,10 @@ class EmorMonotone(PrincipalModel):
              Property.COMPACT}
         )  # fmt: skip
 
-    @override
-    def _with_order(self, order: int) -> "EmorMonotone":
-        return EmorMonotone(order, self.basis)
-
     @property
     @override
     def identity(self) -> Floats:
-        mean, components = self.nodes
-        nearest = components @ (np.linspace(0, 1, mean.size) - mean)
+        nearest = self.projected(np.linspace(0, 1, self.parts[0].size))
         # The mean increases, so that a step from it towards the nearest member is allowed.
         steps = 0.9 ** np.arange(200)
         allowed = steps[self.admits(steps[:, np.newaxis] * nearest)]
@@ -63,14 +58,14 @@ class EmorMonotone(PrincipalModel):
 
     @override
     def admits(self, parameters: Floats) -> Bools:
-        mean, components = self.nodes
+        mean, components = self.parts
         with np.errstate(invalid="ignore"):
             slopes = np.diff(mean + parameters @ components) * (mean.size - 1)
         return np.asarray(np.all(slopes >= _LOOSE * _LEAST_SLOPE, axis=-1))
 
     @override
     def inequalities(self, parameters: Floats) -> tuple[Floats, Floats]:
-        mean, components = self.nodes
+        mean, components = self.parts
         return -np.diff(components).T, np.diff(mean) - _LEAST_SLOPE / (mean.size - 1)
 
 

@@ -84,11 +84,6 @@ class Gumbel(ExponentModel):
     def identity(self) -> Floats:
         return np.zeros(self.order + 1)
 
-    @property
-    @override
-    def lower(self) -> "Gumbel | None":
-        return Gumbel(order=self.order - 1) if self.order else None
-
     @override
     def admits(self, parameters: Floats) -> Bools:
         with np.errstate(invalid="ignore", over="ignore"):

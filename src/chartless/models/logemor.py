@@ -1,6 +1,6 @@
 """EMoR of logarithms: principal components of ln f of measured cameras."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
@@ -9,13 +9,10 @@ from typing_extensions import override
 from chartless.models._base import AbstractModel, Property, register_model
 from chartless.models._principal import (
     N_COMPONENTS,
-    Basis,
-    checked_order,
-    coefficient_names,
+    BasisModel,
     interpolate,
     interpolated_slope,
     invert_nodes,
-    measured_basis,
 )
 from chartless.types import Floats
 
@@ -24,26 +21,17 @@ _MOST_LOG = 700.0  # exp of it is finite
 
 @final
 @dataclass(frozen=True, slots=True)
-class LogEmor(AbstractModel):
+class LogEmor(BasisModel):
     """logEMoR of order N: ln f = mean of ln f + N + 1 principal components.
 
     Grossberg and Nayar (TPAMI 2004), section 4.4: errors are relative ones. The curve goes
-    in straight lines from black through the points of the basis.
-
-    Parameters
-    ----------
-    order : int
-    basis : Basis, optional
-        Of ln f on a uniform grid without black.
+    in straight lines from black through the points of the basis. The
+    basis is of ln f on a uniform grid without black.
     """
 
     family: ClassVar[str] = "logemor"
     formula: ClassVar[str] = "exp(l0 + c1 l1 + ... + cM lM), l from ln f of measured responses"
-    order: int = 4
-    basis: Basis | None = field(default=None, repr=False)
-
-    def __post_init__(self) -> None:
-        checked_order(self.family, self.order, self.basis)
+    kind: ClassVar[str] = "log_response"
 
     @property
     @override
@@ -52,27 +40,13 @@ class LogEmor(AbstractModel):
 
     @property
     @override
-    def parameter_names(self) -> tuple[str, ...]:
-        return coefficient_names(self.order)
-
-    @property
-    @override
     def identity(self) -> Floats:
-        mean, components = self._parts()
-        nearest: Floats = components @ (np.log(np.linspace(0, 1, mean.size + 1)[1:]) - mean)
-        return nearest
-
-    @property
-    @override
-    def lower(self) -> "LogEmor | None":
-        return LogEmor(self.order - 1, self.basis) if self.order else None
+        return self.projected(np.log(self._grid))
 
     @override
     def starts(self, irradiance: Floats, brightness: Floats) -> Floats:
-        mean, components = self._parts()
-        grid = np.linspace(0, 1, mean.size + 1)[1:]
-        logs = np.log([np.interp(grid, irradiance, each).clip(min=1e-6) for each in brightness])
-        own: Floats = ((logs - mean) @ components.T)[:, np.newaxis, :]
+        measured = [np.interp(self._grid, irradiance, each) for each in brightness]
+        own = self.projected(np.log(np.clip(measured, 1e-6, None)))[:, np.newaxis, :]
         return np.concatenate([own, AbstractModel.starts(self, irradiance, brightness)], axis=1)
 
     @override
@@ -85,7 +59,7 @@ class LogEmor(AbstractModel):
 
     @override
     def _gradient(self, x: Floats, parameters: Floats) -> Floats:
-        _, components = self._parts()
+        _, components = self.parts
         inner = self._nodes(parameters)[..., 1:]
         by_node = inner[..., np.newaxis, :] * components  # (..., P, n)
         with_black = np.concatenate([np.zeros((*by_node.shape[:-1], 1)), by_node], axis=-1)
@@ -95,12 +69,13 @@ class LogEmor(AbstractModel):
     def _inverse(self, y: Floats, parameters: Floats) -> Floats:
         return invert_nodes(self._nodes(parameters), y)
 
-    def _parts(self) -> tuple[Floats, Floats]:
-        basis = self.basis or measured_basis("log_response")
-        return basis.mean, basis.components[: self.order + 1]
+    @property
+    def _grid(self) -> Floats:
+        """Irradiances of the points of the basis, shape (n,)."""
+        return np.linspace(0, 1, self.parts[0].size + 1)[1:]
 
     def _nodes(self, parameters: Floats) -> Floats:
-        mean, components = self._parts()
+        mean, components = self.parts
         inner = np.exp((mean + parameters @ components).clip(max=_MOST_LOG))
         return np.concatenate([np.zeros((*inner.shape[:-1], 1)), inner], axis=-1)
 

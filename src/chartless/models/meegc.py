@@ -7,7 +7,7 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.models._base import Property, register_model
-from chartless.models._exponent import PolynomialExponentModel
+from chartless.models._exponent import FreeExponentModel
 from chartless.models._orders import HIGHEST_ORDER
 from chartless.models._polynomial import polynomial, slope_coefficients
 from chartless.types import Bools, Floats
@@ -33,7 +33,7 @@ _BARRIER = _barrier(_SEARCHED)[0]
 
 @final
 @dataclass(frozen=True, slots=True)
-class Meegc(PolynomialExponentModel):
+class Meegc(FreeExponentModel):
     r"""MEEGC of order N: :math:`f = I^{\exp\psi(I)}`, ψ a polynomial with ψ' ≤ h.
 
     :math:`h(I) = -1/(I \ln I)`; the curve increases exactly where ψ' ≤ h. The paper writes
@@ -57,29 +57,6 @@ class Meegc(PolynomialExponentModel):
     @override
     def properties(self) -> frozenset[Property]:
         return frozenset(Property) - {Property.ANALYTICAL}
-
-    @property
-    @override
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(f"a{j}" for j in range(self.order + 1))
-
-    @property
-    @override
-    def identity(self) -> Floats:
-        return np.zeros(self.order + 1)
-
-    @property
-    @override
-    def lower(self) -> "Meegc | None":
-        return Meegc(order=self.order - 1) if self.order else None
-
-    @override
-    def coefficients(self, parameters: Floats) -> Floats:
-        return parameters
-
-    @override
-    def coefficient_jacobian(self, parameters: Floats) -> Floats:
-        return np.broadcast_to(np.eye(self.order + 1), (*parameters.shape, self.order + 1))
 
     @override
     def admits(self, parameters: Floats) -> Bools:

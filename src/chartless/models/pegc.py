@@ -58,11 +58,6 @@ class Pegc(AbstractModel):
         least[0] = 0.0
         return least, np.full(self.order + 1, np.inf)
 
-    @property
-    @override
-    def lower(self) -> "Pegc | None":
-        return Pegc(order=self.order - 1) if self.order else None
-
     @override
     def _response(self, x: Floats, parameters: Floats) -> Floats:
         with np.errstate(divide="ignore", invalid="ignore"):

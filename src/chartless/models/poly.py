@@ -7,14 +7,14 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.models._base import Property, register_model
-from chartless.models._linear import LinearModel
+from chartless.models._linear import PowersModel
 from chartless.models._orders import HIGHEST_ORDER
 from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Poly(LinearModel):
+class Poly(PowersModel):
     r"""Polynomial of order N: :math:`f(I) = \sum_{j=1}^{N+1} c_j I^j`.
 
     Mitsunaga and Nayar, *Radiometric self calibration* (CVPR 1999), eq. 3, there for the
@@ -35,29 +35,13 @@ class Poly(LinearModel):
     def properties(self) -> frozenset[Property]:
         return frozenset({Property.SMOOTH, Property.EXTENSIBLE, Property.ANALYTICAL})
 
-    @property
-    @override
-    def parameter_names(self) -> tuple[str, ...]:
-        return tuple(f"c{j}" for j in range(1, self.order + 2))
-
-    @property
-    @override
-    def identity(self) -> Floats:
-        return np.asarray(np.eye(self.order + 1)[0])
-
-    @property
-    @override
-    def lower(self) -> "Poly | None":
-        return Poly(order=self.order - 1) if self.order else None
-
     @override
     def design(self, x: Floats) -> tuple[Floats, Floats]:
-        return np.zeros_like(x), x[:, np.newaxis] ** np.arange(1, self.order + 2)
+        return np.zeros_like(x), self.powers(x)
 
     @override
     def design_slope(self, x: Floats) -> tuple[Floats, Floats]:
-        powers = np.arange(1, self.order + 2)
-        return np.zeros_like(x), powers * x[:, np.newaxis] ** (powers - 1)
+        return np.zeros_like(x), self.power_slopes(x)
 
 
 register_model(*(Poly(order=order) for order in range(HIGHEST_ORDER + 1)))
