@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from chartless.datasets import load_dorf
 from chartless.fitting import fit_many
 from chartless.models import MODELS, AbstractModel
 from chartless.types import Floats
@@ -51,13 +52,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("dorf", type=Path, help="dorf_named.npz")
     path = parser.parse_args().dorf
-    with np.load(path) as data:
-        irradiance = data["I"].astype(np.float64)
-        curves = np.unique(data["B"].astype(np.float64), axis=0)
+    dorf = load_dorf(path)
+    curves = dorf.curves[list(dorf.distinct)]
     models = [MODELS[name] for name in FAMILIES]
     families = {}
     for model in models:
-        families[model.name] = family_numbers(model, irradiance, curves)
+        families[model.name] = family_numbers(model, dorf.irradiance, curves)
         print(f"{model.name:14} median RMSE {families[model.name]['rmse_median']:.5f}")
     content = {
         "provenance": {

@@ -156,23 +156,26 @@ def _damped_step(
         delta = _free_step(triangle, right, unit, damper)
         for k in map(int, np.flatnonzero(np.any(_leaves(parameters + delta, bounds), axis=1))):
             rows, ways = _sides(parameters[k], bounds)
-            stacked = np.concatenate([triangle[k], damper[k] * unit[k]])
-            below = np.zeros(scale.shape[1])
-            delta[k] = constrained_step(stacked, np.append(right[k], below), rows, _STOP * ways)
+            delta[k] = _held_step(triangle[k], right[k], damper[k] * unit[k], rows, _STOP * ways)
         # Nine tenths of the way to the next number are the whole way.
         delta[_leaves(parameters + delta, bounds)] = 0.0
     else:
-        stacked = np.concatenate([triangle, damper * unit[:, np.newaxis, :]], axis=1)
-        below = np.zeros(scale.shape[1])
         delta = np.empty_like(parameters)
         for k, here in enumerate(parameters):
             rows, limit = inequalities(here)
-            delta[k] = constrained_step(
-                stacked[k], np.concatenate([right[k], below]), rows, limit - rows @ here
-            )
+            room = limit - rows @ here
+            delta[k] = _held_step(triangle[k], right[k], damper[k] * unit[k], rows, room)
     change = np.einsum("bij,bj->bi", triangle, delta)
     predicted = -np.einsum("bi,bi->b", change, change + 2 * right)
     return delta, predicted.clip(min=0)
+
+
+def _held_step(
+    triangle: Floats, right: Floats, damper: Floats, rows: Floats, room: Floats
+) -> Floats:
+    """Minimiser of |T δ + r|² + |D δ|² for one problem, subject to rows · δ ≤ room."""
+    stacked = np.concatenate([triangle, damper])
+    return constrained_step(stacked, np.append(right, np.zeros(len(damper))), rows, room)
 
 
 def _free_step(triangle: Floats, right: Floats, unit: Floats, damper: Floats) -> Floats:

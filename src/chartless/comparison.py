@@ -7,7 +7,7 @@ import numpy as np
 
 from chartless.errors import ParameterError
 from chartless.fitting import Fit, checked_samples, fit
-from chartless.models import MODELS, AbstractModel
+from chartless.models import MODELS, UNIFORM_IRRADIANCE, AbstractModel
 from chartless.types import Floats
 
 HIGHEST_ORDER = 6
@@ -15,7 +15,6 @@ HIGHEST_ORDER = 6
 FAR_OFF = 0.15
 """RMSE from which on a fit describes nothing: a linear camera is off by 0.2."""
 _FEWEST = 5
-_GRID = np.linspace(0.0, 1.0, 1024)
 _TOLERANCE = 1e-9
 _LEAST_RMSE = 1e-9  # a curve known more exactly than this is a formula
 
@@ -31,16 +30,13 @@ class Candidate:
     """Akaike's criterion, corrected for few samples."""
     bic: float
     """Schwarz's criterion. Both are infinite with fewer than two samples to a fitted number."""
+    valid: bool
+    """Whether all fitted curves are responses: see `is_valid`."""
 
     @property
     def rmse(self) -> float:
         """Root of the mean squared difference over all curves."""
         return float(np.sqrt(np.mean([fit.rmse**2 for fit in self.fits])))
-
-    @property
-    def valid(self) -> bool:
-        """Whether all fitted curves are responses: see `is_valid`."""
-        return all(map(is_valid, self.fits))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +71,7 @@ def is_valid(fit: Fit) -> bool:
 
     Judged at 1024 irradiances, to 1e-9.
     """
-    curve = fit.response(_GRID)
+    curve = fit.response(UNIFORM_IRRADIANCE)
     ends = abs(curve[0]) <= _TOLERANCE and abs(curve[-1] - 1) <= _TOLERANCE
     return bool(ends and fit.increases and stays_inside(curve))
 
@@ -151,8 +147,10 @@ def compare(
         counts.append(independent_samples(closest.response(irradiance) - brightness))
     candidates = []
     for name, each in fits.items():
-        criteria = np.sum([_criteria(one, n) for one, n in zip(each, counts, strict=True)], axis=0)
-        candidates.append(Candidate(MODELS[name], each, *criteria.tolist()))
+        criteria = [_criteria(one, n) for one, n in zip(each, counts, strict=True)]
+        aicc, bic = np.sum(criteria, axis=0).tolist()
+        valid = all(map(is_valid, each))
+        candidates.append(Candidate(MODELS[name], each, aicc, bic, valid))
     return Comparison(tuple(candidates), tuple(counts))
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from chartless.models import AbstractModel
+from chartless.models import UNIFORM_IRRADIANCE, AbstractModel
 from chartless.noise import AffineNoise
 from chartless.objectives import half_levels
 from chartless.types import Floats
@@ -22,7 +22,6 @@ _SPACING = 0.67
 _SCENE_STEP, _SCENE_NODES = 0.5, 128
 _LEAST_SHARE = 1e-12
 _ROWS = 32  # of the table that are at work at once
-_GRID = np.linspace(0.0, 1.0, 1024)
 
 
 class Bound(NamedTuple):
@@ -99,7 +98,7 @@ def pair_bound(
     information[n_curve:, n_curve:] += 1e-6 * np.eye(n_nodes)  # their common factor is no matter
     covariance = np.linalg.inv(information)[:n_curve, :n_curve]
     n_parameters = parameters.size
-    gradient = model.gradient(_GRID, parameters)
+    gradient = model.gradient(UNIFORM_IRRADIANCE, parameters)
     of_response = covariance[:n_parameters, :n_parameters]
     variance = np.einsum("ij,jk,ik->i", gradient, of_response, gradient)
     log_slope, log_floor = np.sqrt(np.diag(covariance)[n_parameters:])

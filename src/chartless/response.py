@@ -8,11 +8,9 @@ import numpy as np
 from chartless.cooccurrence import Cooccurrence
 from chartless.curves import AbstractCurve
 from chartless.flags import Flag
+from chartless.models import UNIFORM_IRRADIANCE
 from chartless.noise import AffineNoise
 from chartless.types import Floats
-
-RESPONSE_SAMPLES = 1024
-"""Samples of f on a uniform grid of irradiance, as in the Database of Response Functions."""
 
 
 class Status(Enum):
@@ -74,7 +72,7 @@ class Response:
     @property
     def response_lut(self) -> Floats:
         """Brightness f on a uniform grid of irradiance, shape (1024,), 0 … 1."""
-        return self.curve.response(np.linspace(0.0, 1.0, RESPONSE_SAMPLES))
+        return self.curve.response(UNIFORM_IRRADIANCE)
 
     def with_flags(self, *flags: Flag) -> "Response":
         """Return the same response with more flags, each at most once, in a fixed order."""
@@ -87,6 +85,5 @@ def rmse(curve: AbstractCurve, truth: AbstractCurve) -> float:
 
     The measure of the source paper; brightness runs from 0 to 1.
     """
-    irradiance = np.linspace(0.0, 1.0, RESPONSE_SAMPLES)
-    difference = curve.response(irradiance) - truth.response(irradiance)
+    difference = curve.response(UNIFORM_IRRADIANCE) - truth.response(UNIFORM_IRRADIANCE)
     return float(np.sqrt(np.mean(difference**2)))

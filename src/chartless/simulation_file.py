@@ -4,14 +4,12 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from chartless._files import make_folder, write_text
 from chartless.curves import AbstractCurve
 from chartless.errors import OutputError, ParameterError
 from chartless.images import DataType, write_image
+from chartless.models import UNIFORM_IRRADIANCE
 from chartless.noise import AffineNoise
-from chartless.response import RESPONSE_SAMPLES
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, Floats32, JsonObject
 
@@ -83,7 +81,7 @@ def write_simulation(
             "U": noise.slope_8bit,
             "V": noise.floor_8bit,
         },
-        "response_lut": curve.response(np.linspace(0.0, 1.0, RESPONSE_SAMPLES)).tolist(),
+        "response_lut": curve.response(UNIFORM_IRRADIANCE).tolist(),
         "bit_depth": bit_depth,
         "settings": {**settings, "seed": seed},
     }

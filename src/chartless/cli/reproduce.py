@@ -13,6 +13,9 @@ app = typer.Typer(help="Reproduce the experiments of the paper.", no_args_is_hel
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to make or go on in.")]
 Jobs = Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")]
+DorfFile = Annotated[
+    Path | None, typer.Option(help="File with the DoRF curves; found or fetched without.")
+]
 
 
 @app.command()
@@ -22,9 +25,7 @@ def fits(
         int | None, typer.Option(min=1, help="Fit only so many curves, spread over all.")
     ] = None,
     jobs: Jobs = 1,
-    dorf: Annotated[
-        Path | None, typer.Option(help="File with the DoRF curves; found or fetched without.")
-    ] = None,
+    dorf: DorfFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit every family of curves to the 201 measured cameras of DoRF.
@@ -85,9 +86,7 @@ def noise(
             "scenery_1600x900 in the folder that CHARTLESS_DATA names."
         ),
     ] = None,
-    dorf: Annotated[
-        Path | None, typer.Option(help="File with the DoRF curves; found or fetched without.")
-    ] = None,
+    dorf: DorfFile = None,
     seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal cases.")] = 0,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to run on, tcp://host:port.")

@@ -22,6 +22,7 @@ from chartless.experiments._cases import Case, OnCase, fingerprint_of, run_cases
 from chartless.fitting import Fit, fit_many
 from chartless.models import (
     MODELS,
+    UNIFORM_IRRADIANCE,
     AbstractModel,
     Basis,
     Emor,
@@ -172,11 +173,10 @@ def _fit_left_out(family: str, order: int, dorf: Dorf, rows: list[int]) -> JsonO
 
 
 def _result(fits: list[Fit], seconds: float) -> JsonObject:
-    grid = np.linspace(0.0, 1.0, 1024)
     return {
         "rmse": [fit.rmse for fit in fits],
         "not_monotone": [not fit.increases for fit in fits],
-        "out_of_range": [not stays_inside(fit.response(grid)) for fit in fits],
+        "out_of_range": [not stays_inside(fit.response(UNIFORM_IRRADIANCE)) for fit in fits],
         "seconds": seconds,
     }
 

@@ -23,7 +23,7 @@ from chartless.datasets import Dorf
 from chartless.errors import ImageError, ParameterError
 from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
 from chartless.images import read_values
-from chartless.models import MODELS, AbstractModel, Basis, Emor, principal_basis
+from chartless.models import MODELS, UNIFORM_IRRADIANCE, AbstractModel, Basis, Emor, principal_basis
 from chartless.noise import AffineNoise
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, JsonObject
@@ -43,7 +43,6 @@ ROUNDS, ITERATIONS = 15, 10
 """Of the paper: rounds of a search over the noise and one over the curve, iterations of each."""
 _GREEN = 1
 _SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr")
-_GRID = np.linspace(0.0, 1.0, 1024)
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,12 +230,11 @@ def run(
     make_folder(output)
     files = scene_files(scenes)
     check_scenes(files[:n_cases])
-    paths = {path.name: path for path in files}
     cases = draw_cases(files, dorf, n_cases, seed)
     sizes = [(path.name, path.stat().st_size) for path in files]
     recorded = run_cases(
         {
-            f"case-{case.number:04d}": partial(_case, case, paths[case.scene], dorf, METHODS)
+            f"case-{case.number:04d}": partial(_case, case, scenes / case.scene, dorf, METHODS)
             for case in cases
         },
         output / "cases",
@@ -298,9 +296,9 @@ def search(calibrator: SimilaritySearch, table: Cooccurrence, truth: SampledCurv
     begun = time.perf_counter()
     found = calibrator.search(table)
     seconds = time.perf_counter() - begun
-    response = calibrator.model.response(_GRID, found.parameters)
+    response = calibrator.model.response(UNIFORM_IRRADIANCE, found.parameters)
     return Outcome(
-        rmse=float(np.sqrt(np.mean((response - truth.response(_GRID)) ** 2))),
+        rmse=float(np.sqrt(np.mean((response - truth.response(UNIFORM_IRRADIANCE)) ** 2))),
         variation=float(np.abs(np.diff(response)).sum()),
         slope_8bit=found.noise.slope_8bit,
         floor_8bit=found.noise.floor_8bit,

@@ -6,7 +6,7 @@ member of the family nearest to the true response.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -89,15 +89,14 @@ def run(
     Parameters and errors are those of `chartless.experiments.noise.run`.
     """
     files = scene_files(scenes)
-    paths = {path.name: path for path in files}
     drawn = draw_cases(files, dorf, n_cases, seed)
     named = list(_points())
     results = run_cases(
         {
-            f"{factor}-{value}-{case.number:04d}": partial(
-                _case, case, camera, paths[case.scene], dorf.irradiance, dorf.curves[case.row]
+            _name(camera, case): partial(
+                _case, case, camera, scenes / case.scene, dorf.irradiance, dorf.curves[case.row]
             )
-            for factor, value, camera in named
+            for _, _, camera in named  # the reference, in every factor, runs once
             for case in drawn
         },
         output / "sweeps",
@@ -107,8 +106,8 @@ def run(
         on_case=on_case,
     )
     points = []
-    for factor, value, _ in named:
-        own = [results[f"{factor}-{value}-{case.number:04d}"] for case in drawn]
+    for factor, value, camera in named:
+        own = [results[_name(camera, case)] for case in drawn]
         rmse, bound = (np.array([each[what] for each in own]) for what in ("rmse", "bound"))
         points.append(SweepPoint(factor, value, rmse, bound))
     return points
@@ -126,6 +125,10 @@ def summarize(points: list[SweepPoint]) -> JsonObject:
             "bound": float(np.median(point.bound)),
         }
     return {"sweeps": content}
+
+
+def _name(camera: Camera, case: NoiseCase) -> str:
+    return "-".join(map(str, (*astuple(camera), f"{case.number:04d}")))
 
 
 def _points() -> Iterator[tuple[str, float | None, Camera]]:

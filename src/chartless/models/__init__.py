@@ -11,6 +11,7 @@ import line here.
 
 from chartless.models._base import (
     MODELS,
+    UNIFORM_IRRADIANCE,
     AbstractModel,
     Property,
     checked_brightness,
@@ -44,6 +45,7 @@ from chartless.models.table import Table
 __all__ = [
     "MODELS",
     "N_COMPONENTS",
+    "UNIFORM_IRRADIANCE",
     "AbstractModel",
     "Ameegc",
     "AmeegcExact",

@@ -14,7 +14,8 @@ from chartless.errors import ParameterError
 from chartless.types import Bools, Floats
 
 _GRID = np.linspace(0.0, 1.0, 1025)
-_SAMPLES = np.linspace(0.0, 1.0, 1024)
+UNIFORM_IRRADIANCE = np.linspace(0.0, 1.0, 1024)
+"""Where curves are judged and compared, as finely as DoRF samples them."""
 _LEAST_FALL = 1e-9
 _TOLERANCE = 5e-13  # in brightness: half of what `AbstractModel.inverse` promises
 
@@ -300,7 +301,7 @@ class AbstractModel(ABC):
     def _gradient(self, x: Floats, parameters: Floats) -> Floats: ...
 
     def _defining_values(self, parameters: Floats) -> Floats:
-        return self._response(_SAMPLES, parameters)
+        return self._response(UNIFORM_IRRADIANCE, parameters)
 
     def _inverse(self, y: Floats, parameters: Floats) -> Floats:
         def response(x: Floats) -> tuple[Floats, Floats]:
