@@ -52,6 +52,8 @@ def assert_equal(one: NoiseEvidence, other: NoiseEvidence) -> None:
         assert np.array_equal(table.counts, other.tables[name].counts)
     assert one.checks == other.checks
     assert one.bit_depth == other.bit_depth
+    for source, its in zip(one.sources, other.sources, strict=True):
+        assert (source.sha256, source.remarks) == (its.sha256, its.remarks)
 
 
 def serial(files: list[Path], **settings: Any) -> NoiseEvidence:
@@ -99,9 +101,11 @@ def test_workers_in_another_folder_find_the_files(
     noise_evidence_of_files(files[:3], jobs=2)  # starts processes that stay
     monkeypatch.chdir(files[0].parent)
 
-    found = noise_evidence_of_files([path.name for path in files[:5]], jobs=2)
+    names = [path.name for path in files[:5]]
+    found = noise_evidence_of_files(names, jobs=2)
 
     assert_equal(found, serial(files[:5]))
+    assert [str(source.path) for source in found.sources] == names
 
 
 @given(n_frames=st.integers(0, 200), jobs=st.integers(1, 40))

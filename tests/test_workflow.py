@@ -91,6 +91,25 @@ def test_arrays_are_named_by_their_number(frames: list[Levels]) -> None:
     assert inputs[0]["sha256"] == hashlib.sha256(frames[0].tobytes()).hexdigest()
 
 
+def test_several_processes_find_the_same(paths: list[Path]) -> None:
+    told: list[str] = []
+
+    alone, together = (
+        to_json(calibrate(paths, jobs=jobs, progress=lambda what, _: told.append(what), **QUICK))
+        for jobs in (1, 2)
+    )
+
+    for content in (alone, together):
+        del content["provenance"]["created"]
+    assert together == alone
+    assert "reading frames" in told
+
+
+def test_several_processes_read_no_arrays(frames: list[Levels]) -> None:
+    with pytest.raises(ParameterError, match="only files are read by several processes"):
+        calibrate(frames, jobs=2, **QUICK)
+
+
 def test_progress_runs_to_the_end(frames: list[Levels]) -> None:
     told: list[tuple[str, float]] = []
 

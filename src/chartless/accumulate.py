@@ -8,7 +8,7 @@ integers: the sum is the same to the last bit in whatever order runs come in.
 import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -39,7 +39,7 @@ def noise_evidence_of_files(
 ) -> NoiseEvidence:
     """Count the level pairs of consecutive frames, as `chartless.evidence.noise_evidence` does.
 
-    Each worker holds two frames at a time, this process the tables of a few runs.
+    Errors name files absolutely, as workers see them. Each worker holds two frames at a time, this process the tables of a few runs.
 
     Parameters
     ----------
@@ -88,7 +88,12 @@ def noise_evidence_of_files(
             yield int(name), evidence
 
     with closing(run_all(tasks, jobs=jobs, scheduler=scheduler)) as counted:
-        return _joined_by_tree(arrivals(), len(tasks))
+        evidence = _joined_by_tree(arrivals(), len(tasks))
+    sources = (
+        replace(source, path=Path(path))  # as it was given
+        for source, path in zip(evidence.sources, paths, strict=True)
+    )
+    return replace(evidence, sources=tuple(sources))
 
 
 def joined(earlier: NoiseEvidence, later: NoiseEvidence) -> NoiseEvidence:
@@ -108,6 +113,7 @@ def joined(earlier: NoiseEvidence, later: NoiseEvidence) -> NoiseEvidence:
         {name: table + later.tables[name] for name, table in earlier.tables.items()},
         earlier.checks + later.checks,
         earlier.bit_depth,
+        earlier.sources + later.sources[1:],
     )
 
 

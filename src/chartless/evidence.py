@@ -12,6 +12,7 @@ Two frames are held at a time, and the tables.
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,17 @@ _MOST_STOPS = 0.1  # rounding of EXIF stays below
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
+@dataclass(frozen=True, slots=True)
+class FrameSource:
+    """Where a frame came from."""
+
+    path: Path
+    sha256: str
+    """Digest of the file or, without one, of its levels."""
+    remarks: tuple[str, ...]
+    """Of reading it."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class NoiseEvidence:
     """What is kept of the frames of one still scene."""
@@ -39,11 +51,13 @@ class NoiseEvidence:
     """One for each pair of consecutive frames."""
     bit_depth: int
     """Of the frames as read."""
+    sources: tuple[FrameSource, ...]
+    """One for each frame, in their order."""
 
     @property
     def n_frames(self) -> int:
         """Number of frames: one more than pairs of consecutive ones."""
-        return len(self.checks) + 1
+        return len(self.sources)
 
 
 def noise_evidence(
@@ -86,6 +100,7 @@ def noise_evidence(
         raise ParameterError(msg)
     tables: dict[str, Cooccurrence] = {}
     checks: list[PairCheck] = []
+    sources: list[FrameSource] = []
     before: tuple[Frame, dict[str, Levels]] | None = None
     frame: Frame | None = None
     for frame in frames:
@@ -108,6 +123,7 @@ def noise_evidence(
             middle = list(planes)[len(planes) // 2]
             checks.append(check_pair(before[1][middle], planes[middle], mask))
         before = frame, planes
+        sources.append(FrameSource(frame.path, frame.sha256, frame.remarks))
         if on_frame is not None:
             on_frame(frame)
     if frame is None or not checks:
@@ -117,7 +133,7 @@ def noise_evidence(
             "photograph it again with the same settings"
         )
         raise UnfitFramesError(msg)
-    return NoiseEvidence(tables, tuple(checks), frame.bit_depth)
+    return NoiseEvidence(tables, tuple(checks), frame.bit_depth, tuple(sources))
 
 
 def _planes(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:

@@ -26,6 +26,8 @@ class Frame:
         EXIF orientation 1 … 8: how a viewer should turn the picture. 1 is as stored.
     remarks : tuple of str
         What reading left out or chose, for the user: "dropped the alpha channel".
+    sha256 : str
+        Digest of the file, in hexadecimal digits; empty if there is none.
     """
 
     path: Path
@@ -36,6 +38,7 @@ class Frame:
     camera: str | None = None
     orientation: int = 1
     remarks: tuple[str, ...] = ()
+    sha256: str = ""
 
     @property
     def bit_depth(self) -> int:

@@ -1,6 +1,7 @@
 """From frames to a calibration in one call: what the command line and scripts use."""
 
 import hashlib
+import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
@@ -14,7 +15,7 @@ from chartless._version import __version__
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
-from chartless.evidence import noise_evidence
+from chartless.evidence import NoiseEvidence, noise_evidence
 from chartless.frame import Frame
 from chartless.models import MODELS
 from chartless.response import Response
@@ -35,6 +36,8 @@ def calibrate(
     channels: str = "auto",
     n_levels: int = 256,
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
+    jobs: int = 1,
+    scheduler: str | None = None,
     progress: Progress | None = None,
     **settings: Any,  # noqa: ANN401 - each method names and checks its own
 ) -> Calibration:
@@ -55,6 +58,11 @@ def calibrate(
         Levels are reduced to this many before they are counted.
     mask : path or ndarray of bool, shape (M, N), optional
         Pixels to use: True, or not black in the picture.
+    jobs : int
+        Processes that read files. The result does not depend on it.
+    scheduler : str, optional
+        Address of a Dask scheduler on whose workers files are read instead, such as
+        ``tcp://host:8786``; they must see the files under the same names.
     progress : callable, optional
     **settings
         Settings of the method, such as ``rounds=30``.
@@ -71,7 +79,9 @@ def calibrate(
     UnfitFramesError
         If no response can be read out of these frames.
     UnknownNameError, ParameterError
-        If a name or a setting is no good.
+        If a name or a setting is no good, or the scheduler does not answer.
+    WorkerError
+        If a process that read files was killed.
 
     Examples
     --------
@@ -84,20 +94,14 @@ def calibrate(
     np.True_
     """
     calibrator = _calibrator(method, model, settings)
-    inputs: list[JsonObject] = []
-    remarks: list[str] = []
-
-    def on_frame(frame: Frame) -> None:
-        remarks.extend(f"{frame.path}: {remark}" for remark in frame.remarks)
-        if progress is not None:
-            progress("reading frames", len(inputs) / len(frames))
-
-    evidence = noise_evidence(
-        _frames(frames, inputs),
+    evidence = _evidence(
+        frames,
+        progress,
+        jobs,
+        scheduler,
         channels=channels,
         n_levels=n_levels,
         mask=_read_mask(mask),
-        on_frame=on_frame,
     )
     doubts = screen(evidence.tables, evidence.checks)
     n_channels = len(evidence.tables)
@@ -120,7 +124,9 @@ def calibrate(
         provenance={
             "chartless": __version__,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
-            "inputs": inputs,
+            "inputs": [
+                {"file": str(source.path), "sha256": source.sha256} for source in evidence.sources
+            ],
             "settings": {
                 "method": method,
                 "model": model,
@@ -129,7 +135,11 @@ def calibrate(
                 "mask": None if mask is None else "array" if _is_array(mask) else str(mask),
                 **calibrator.settings,
             },
-            "remarks": remarks,
+            "remarks": [
+                f"{source.path}: {remark}"
+                for source in evidence.sources
+                for remark in source.remarks
+            ],
         },
     )
 
@@ -148,32 +158,60 @@ def _is_array(item: object) -> bool:
     return isinstance(item, np.ndarray)
 
 
-def _frames(
-    items: Sequence[str | os.PathLike[str] | Levels], inputs: list[JsonObject]
-) -> Iterator[Frame]:
-    """Frames of files and arrays, one by one; `inputs` is filled with where they are from."""
+def _evidence(
+    items: Sequence[str | os.PathLike[str] | Levels],
+    progress: Progress | None,
+    jobs: int,
+    scheduler: str | None,
+    **settings: Any,  # noqa: ANN401 - of `noise_evidence`
+) -> NoiseEvidence:
+    """Count the level pairs of files and arrays, in this process or in several."""
+    _require_different(items)
+
+    def on_part(done: int, total: int) -> None:
+        if progress is not None:
+            progress("reading frames", done / total)
+
+    if jobs == 1 and scheduler is None:
+        places = itertools.count(1)
+        return noise_evidence(
+            _frames(items), on_frame=lambda _: on_part(next(places), len(items)), **settings
+        )
+    paths = [item for item in items if not isinstance(item, np.ndarray)]
+    if len(paths) < len(items):
+        msg = "only files are read by several processes: leave jobs at 1 for arrays"
+        raise ParameterError(msg)
+    from chartless.accumulate import noise_evidence_of_files
+
+    return noise_evidence_of_files(
+        paths, jobs=jobs, scheduler=scheduler, on_chunk=on_part, **settings
+    )
+
+
+def _require_different(items: Sequence[str | os.PathLike[str] | Levels]) -> None:
     seen: dict[Path, Path] = {}
+    for item in items:
+        if isinstance(item, np.ndarray):
+            continue
+        path = Path(item)
+        first = seen.setdefault(path.resolve(), path)
+        if first is not path:
+            msg = (
+                f"{path} and {first} are the same file, so there is no noise to read: give "
+                "different shots of the scene"
+            )
+            raise UnfitFramesError(msg)
+
+
+def _frames(items: Sequence[str | os.PathLike[str] | Levels]) -> Iterator[Frame]:
+    """Frames of files and arrays, one by one."""
     for number, item in enumerate(items, start=1):
         if isinstance(item, np.ndarray):
-            frame = _array_frame(item, number)
-            digest = hashlib.sha256(frame.levels.tobytes()).hexdigest()
+            yield _array_frame(item, number)
         else:
-            path = Path(item)
-            resolved = path.resolve()
-            if resolved in seen:
-                msg = (
-                    f"{path} and {seen[resolved]} are the same file, so there is no noise to "
-                    "read: give different shots of the scene"
-                )
-                raise UnfitFramesError(msg)
-            seen[resolved] = path
             from chartless.images import read_frame
 
-            frame = read_frame(path)
-            with path.open("rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
-        inputs.append({"file": str(frame.path), "sha256": digest})
-        yield frame
+            yield read_frame(item)
 
 
 def _array_frame(levels: Levels, number: int) -> Frame:
@@ -186,7 +224,8 @@ def _array_frame(levels: Levels, number: int) -> Frame:
     if levels.ndim != 3 or levels.shape[-1] not in (1, 3) or levels.size == 0:  # noqa: PLR2004
         msg = f"{name}: a picture has the shape (M, N) or (M, N, 3), not {levels.shape}"
         raise ParameterError(msg)
-    return Frame(name, levels.copy(order="C"))
+    digest = hashlib.sha256(levels.tobytes()).hexdigest()
+    return Frame(name, levels.copy(order="C"), sha256=digest)
 
 
 def _read_mask(

@@ -10,6 +10,13 @@ from chartless.errors import ParameterError
 if TYPE_CHECKING:
     from chartless.curves import AbstractCurve
 
+Jobs = Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        help="Address of a Dask scheduler to run on, tcp://host:port.", show_default=False
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines.")]
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chartless.cli._options import AsJson, parse_pair
+from chartless.cli._options import AsJson, Jobs, Scheduler, parse_pair
 from chartless.cli._terminal import FLAGGED, print_json, print_summary, progress_bar, remark
 from chartless.errors import ParameterError
 
@@ -61,6 +61,8 @@ def calibrate(
     tolerance: Annotated[
         float | None, _search("Gain below which the search has converged [1e-4].")
     ] = None,
+    jobs: Jobs = 1,
+    scheduler: Scheduler = None,
     seed: Annotated[  # noqa: ARG001 - part of the command's contract
         int, typer.Option(help="Seed for methods that draw random numbers; these do not.")
     ] = 0,
@@ -77,7 +79,7 @@ def calibrate(
     \b
     Example:
         chartless calibrate a.jpg b.jpg -o camera.json
-        chartless calibrate burst/*.png --channels luma --json
+        chartless calibrate burst/*.png --channels luma --jobs 4 --json
     """
     from chartless._files import require_writable
     from chartless.calibration_file import save, to_json
@@ -106,6 +108,8 @@ def calibrate(
             channels=channels,
             n_levels=levels,
             mask=mask,
+            jobs=jobs,
+            scheduler=scheduler,
             progress=progress,
             **{name: value for name, value in given.items() if value is not None},
         )

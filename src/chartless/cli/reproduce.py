@@ -6,13 +6,12 @@ from typing import Annotated
 
 import typer
 
-from chartless.cli._options import AsJson
+from chartless.cli._options import AsJson, Jobs, Scheduler
 from chartless.cli._terminal import case_bar, print_json, print_table
 
 app = typer.Typer(help="Reproduce the experiments of the paper.", no_args_is_help=True)
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to make or go on in.")]
-Jobs = Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")]
 DorfFile = Annotated[
     Path | None, typer.Option(help="File with the DoRF curves; found or fetched without.")
 ]
@@ -88,9 +87,7 @@ def noise(
     ] = None,
     dorf: DorfFile = None,
     seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal cases.")] = 0,
-    scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler to run on, tcp://host:port.")
-    ] = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Calibrate simulated cameras from the noise of two frames, with every method.

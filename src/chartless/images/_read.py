@@ -5,6 +5,7 @@ stretches 10 bits to 16, converts CMYK, multiplies colours by alpha and fills in
 part of a JPEG. Each of these is refused here, or switched off.
 """
 
+import hashlib
 import math
 import os
 import re
@@ -84,6 +85,7 @@ def read_frame(path: str | os.PathLike[str]) -> Frame:
         camera=_camera(spec),
         orientation=_orientation(spec),
         remarks=tuple(_remarks(source, spec, png)),
+        sha256=_digest(path),
     )
 
 
@@ -278,6 +280,11 @@ def _alpha_remark(file_format: str, spec: oiio.ImageSpec) -> str:
     if file_format == "tiff" and not spec.get_int_attribute("oiio:UnassociatedAlpha"):
         return "dropped the alpha channel, by which the file stores its colours multiplied"
     return "dropped the alpha channel"
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _number(spec: oiio.ImageSpec, name: str) -> float | None:
