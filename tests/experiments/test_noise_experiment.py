@@ -2,10 +2,13 @@
 
 import csv
 import json
+import logging
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from distributed import LocalCluster
 from PIL import Image
 
 from chartless.datasets import Dorf
@@ -140,17 +143,21 @@ def test_every_method_sees_the_same_pairs_and_the_table_has_a_row_for_each(
     assert all(float(row["rmse"]) < 0.5 for row in rows)
 
 
-def test_one_and_two_processes_give_the_same_summary(
+def test_one_process_two_and_a_cluster_give_the_same_summary(
     scenes: Path, dorf: Dorf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(noise, "ROUNDS", 15)  # other processes know of no other number
 
-    summaries = [
-        json.dumps(noise.summarize(noise.run(dorf, scenes, tmp_path / f"{n}", n_cases=2, jobs=n)))
-        for n in (1, 2)
-    ]
+    def summary(name: str, **where: Any) -> str:
+        results = noise.run(dorf, scenes, tmp_path / name, n_cases=2, **where)
+        return json.dumps(noise.summarize(results))
 
-    assert summaries[0] == summaries[1]
+    alone = summary("alone")
+    assert summary("two", jobs=2) == alone
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+    ) as cluster:
+        assert summary("cluster", scheduler=cluster.scheduler_address) == alone
 
 
 def test_the_left_out_basis_knows_no_curve_of_the_camera(dorf: Dorf) -> None:

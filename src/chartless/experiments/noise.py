@@ -84,15 +84,20 @@ def default_scenes() -> Path:
 
 
 def scene_files(folder: Path) -> list[Path]:
-    """Photographs in a folder, by name.
+    """Photographs in a folder, by name, with absolute paths.
 
     Raises
     ------
     ParameterError
         If there is none.
     """
+    if not folder.is_dir():
+        msg = f"{folder}: there is no such folder of photographs to take for scenes"
+        raise ParameterError(msg)
     found = sorted(
-        path for path in folder.glob("*") if path.suffix.lower() in _SUFFIXES and path.is_file()
+        path
+        for path in folder.absolute().glob("*")
+        if path.suffix.lower() in _SUFFIXES and path.is_file()
     )
     if not found:
         msg = f"{folder}: no photographs ({', '.join(_SUFFIXES)}) to take for scenes"
@@ -130,6 +135,11 @@ def check_scenes(paths: Iterable[Path]) -> None:
             least = f"{LEAST_SIZE[1]} × {LEAST_SIZE[0]}"
             msg = f"a scene has {least} pixels or more, not {columns} × {rows}"
             raise ImageError(str(path), msg)
+
+
+def scenes_of(files: Iterable[Path]) -> list[tuple[str, int]]:
+    """Name and size of photographs: what tells records of one folder from those of another."""
+    return [(path.name, path.stat().st_size) for path in files]
 
 
 def draw_cases(scenes: list[Path], dorf: Dorf, n_cases: int, seed: int) -> list[NoiseCase]:
@@ -231,15 +241,16 @@ def run(
     files = scene_files(scenes)
     check_scenes(files[:n_cases])
     cases = draw_cases(files, dorf, n_cases, seed)
-    sizes = [(path.name, path.stat().st_size) for path in files]
     recorded = run_cases(
         {
-            f"case-{case.number:04d}": partial(_case, case, scenes / case.scene, dorf, METHODS)
+            f"case-{case.number:04d}": partial(
+                _case, case, files[0].parent / case.scene, dorf, METHODS
+            )
             for case in cases
         },
         output / "cases",
         fingerprint=fingerprint_of(
-            dorf.irradiance, dorf.curves, dorf.cameras, seed, sizes, METHODS, __version__
+            dorf.irradiance, dorf.curves, dorf.cameras, seed, scenes_of(files), METHODS, __version__
         ),
         jobs=jobs,
         scheduler=scheduler,

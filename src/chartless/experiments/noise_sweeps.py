@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from chartless._version import __version__
 from chartless.calibrators.similarity_search import SimilaritySearch
 from chartless.cooccurrence import MAX_LEVELS, Cooccurrence, level_table
 from chartless.datasets import Dorf
@@ -24,6 +25,7 @@ from chartless.experiments.noise import (
     draw_cases,
     read_scene,
     scene_files,
+    scenes_of,
     search,
     true_curve,
 )
@@ -94,13 +96,20 @@ def run(
     results = run_cases(
         {
             _name(camera, case): partial(
-                _case, case, camera, scenes / case.scene, dorf.irradiance, dorf.curves[case.row]
+                _case,
+                case,
+                camera,
+                files[0].parent / case.scene,
+                dorf.irradiance,
+                dorf.curves[case.row],
             )
             for _, _, camera in named  # the reference, in every factor, runs once
             for case in drawn
         },
         output / "sweeps",
-        fingerprint=fingerprint_of(dorf.irradiance, dorf.curves, seed, [p.name for p in files]),
+        fingerprint=fingerprint_of(
+            dorf.irradiance, dorf.curves, seed, scenes_of(files), __version__
+        ),
         jobs=jobs,
         scheduler=scheduler,
         on_case=on_case,
