@@ -97,6 +97,10 @@ class BinnedPairs:
     """Where edge e + 1 does not close a cell with counts."""
     row_starts: npt.NDArray[np.intp]
     """First e of each row, shape (L + 1,)."""
+    lowest: npt.NDArray[np.intp]
+    """Where the edge is the open end of the lowest level."""
+    highest: npt.NDArray[np.intp]
+    """Where the edge is the open end of the highest level."""
     ceiling: float
     """Cosine that the true model can be expected to reach: below 1, as counts are random."""
 
@@ -121,6 +125,8 @@ class BinnedPairs:
             shares=run / max(energy, 1e-300) ** 0.5,
             gaps=np.flatnonzero(run == 0),
             row_starts=np.searchsorted(rows, np.arange(n_levels + 1)),
+            lowest=np.flatnonzero(edges == 0),
+            highest=np.flatnonzero(edges == n_levels),
             ceiling=max(0.0, true_energy / energy) ** 0.5 if energy > 0 else 0.0,
         )
 
@@ -173,8 +179,8 @@ def expected_shares(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> 
     w = 2.0 / spread
     np.sqrt(w, out=w)
     w *= distance
-    w[pairs.edges == 0] = -_INFINITY
-    w[pairs.edges == levels.size] = _INFINITY
+    w[pairs.lowest] = -_INFINITY
+    w[pairs.highest] = _INFINITY
     # S dI₂ = h φ(w) dw; twice 1/h is √(ρ/spread) (2 − u distance (B₂/ρ + 1)/spread)
     bend = np.divide(variance_y, rho, out=variance_y)
     bend += 1.0
