@@ -72,7 +72,13 @@ def write_csv(
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder if it does not exist; raise `OutputError` if that is impossible."""
+    """Make a folder if it does not exist.
+
+    Raises
+    ------
+    OutputError
+        If that is impossible, or nothing may be written into the folder.
+    """
     try:
         path.mkdir(exist_ok=True)
     except FileNotFoundError as error:
@@ -82,6 +88,9 @@ def make_folder(path: Path) -> None:
         what = "is a file" if path.exists() else f"cannot be made ({error.strerror or error})"
         msg = f"{what}: choose another output folder"
         raise OutputError(str(path), msg) from error
+    if not os.access(path, os.W_OK | os.X_OK):
+        msg = "is not writable: choose another output folder"
+        raise OutputError(str(path), msg)
 
 
 def require_writable(path: str | os.PathLike[str]) -> None:
