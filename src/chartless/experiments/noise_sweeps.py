@@ -55,10 +55,10 @@ class Camera:
 FACTORS: dict[str, tuple[str, tuple[float | None, ...]]] = {
     "stride": ("pixels", (8, 4, 2, 1)),
     "frames": ("frames", (2, 4, 8, 16)),
-    "slope_8bit": ("U, noise per brightness", (0.01, 0.02, 0.04, 0.06, 0.12)),
-    "floor_8bit": ("V, noise at black", (4.0, 9.0, 16.0, 25.0, 49.0)),
-    "bits": ("bits", (8, 10, 12)),
-    "quality": ("JPEG quality", (85, 95, 100, None)),
+    "slope_8bit": ("U, noise slope (8-bit levels)", (0.01, 0.02, 0.04, 0.06, 0.12)),
+    "floor_8bit": ("V, noise floor (8-bit levels²)", (4.0, 9.0, 16.0, 25.0, 49.0)),
+    "bits": ("bits (at most 1024 levels)", (8, 10, 12)),
+    "quality": ("JPEG quality (bound: without JPEG)", (85, 95, 100, None)),
 }
 """By field of `Camera`: what it is called on an axis, and the values it takes."""
 
