@@ -46,7 +46,7 @@ def summary(content: Any) -> list[str]:
         at = np.interp([0.18, 0.5], irradiance, channel["response_lut"])
         lines.append(
             f"{channel['name']}: U {channel['noise']['U']:.4f} V {channel['noise']['V']:.2f} "
-            f"similarity {channel['search']['values'][-1]:.4f} "
+            f"deviance {channel['deviance']:.2f} "
             f"f(0.18) {at[0]:.3f} f(0.5) {at[1]:.3f} {channel['flags']}"
         )
     return lines

@@ -24,7 +24,7 @@ from chartless.errors import (
 from chartless.images import write_image
 
 Levels = npt.NDArray[Any]
-QUICK: dict[str, Any] = {"n_levels": 32, "rounds": 1}
+QUICK: dict[str, Any] = {"method": "ism-bin", "n_levels": 32, "rounds": 1}
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,9 @@ def test_several_processes_read_no_arrays(frames: list[Levels]) -> None:
 def test_progress_runs_to_the_end(frames: list[Levels]) -> None:
     told: list[tuple[str, float]] = []
 
-    calibrate(frames, progress=lambda *each: told.append(each), n_levels=32, rounds=3)
+    calibrate(
+        frames, progress=lambda *each: told.append(each), n_levels=32, rounds=3, method="ism-bin"
+    )
 
     assert {stage for stage, _ in told} == {"reading frames", "estimating"}
     shares = [share for stage, share in told if stage == "estimating"]
@@ -195,7 +197,7 @@ def test_settings_are_checked_before_frames_are_read(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError):
         calibrate(missing, model="gama")
     with pytest.raises(ParameterError):
-        calibrate(missing, rounds=0)
+        calibrate(missing, method="ism-bin", rounds=0)
 
 
 def test_no_frames() -> None:

@@ -39,7 +39,8 @@ def noise_evidence_of_files(
 ) -> NoiseEvidence:
     """Count the level pairs of consecutive frames, as `chartless.evidence.noise_evidence` does.
 
-    Errors name files absolutely, as workers see them. Each worker holds two frames at a time, this process the tables of a few runs.
+    Errors name files absolutely, as workers see them. Each worker holds two frames at a time,
+    this process the tables of a few runs.
 
     Parameters
     ----------

@@ -9,6 +9,7 @@ everybody else. A file whose model is null (another method, another program) is 
 import json
 import os
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,7 +23,7 @@ from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.flags import Flag
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.response import Response, SearchHistory, Status
+from chartless.response import NoiseError, Response, SearchHistory, Status
 from chartless.types import Floats, JsonObject
 
 FORMAT, VERSION = "chartless-calibration", 1
@@ -120,12 +121,14 @@ def _response_to_json(response: Response) -> JsonObject:
             "v": response.noise.floor,
             "U": response.noise.slope_8bit,
             "V": response.noise.floor_8bit,
-            "std": None,
+            "std": _maybe(response.noise_error, asdict),
         },
         "observed_levels": list(response.observed_levels),
         "pairs": response.n_pairs,
         "status": response.status.value,
         "similarity": response.similarity,
+        "deviance": response.deviance,
+        "log_evidence": response.log_evidence,
         "flags": [flag.code for flag in response.flags],
         "search": _maybe(
             response.history,
@@ -159,6 +162,9 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         method=str(content["method"]),
         status=Status(entry["status"]),
         similarity=_maybe(entry.get("similarity"), float),
+        deviance=_maybe(entry.get("deviance"), float),
+        log_evidence=_maybe(entry.get("log_evidence"), float),
+        noise_error=_maybe(entry["noise"].get("std"), lambda std: NoiseError(**std)),
         flags=tuple(Flag.from_code(code) for code in entry["flags"]),
         inverse_lut_std=_maybe(
             entry["inverse_lut_std"], lambda _: _numbers(entry, "inverse_lut_std", n_levels)

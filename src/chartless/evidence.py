@@ -10,7 +10,7 @@ Two frames are held at a time, and the tables.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,11 +21,12 @@ from chartless.cooccurrence import Cooccurrence, level_table
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.frame import Frame
 from chartless.screening import PairCheck, check_pair
-from chartless.types import Levels
+from chartless.types import Counts, Levels
 
 CHANNELS = ("auto", "rgb", "luma")
 """Ways to split a frame: as it is; red, green and blue; or the luma of the three."""
 _MOST_STOPS = 0.1  # rounding of EXIF stays below
+_DARKEST = 0.25  # of the range: steep curves lift the noise of black
 # Y of JPEG files: ITU-R BT.601.
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
@@ -134,6 +135,51 @@ def noise_evidence(
         )
         raise UnfitFramesError(msg)
     return NoiseEvidence(tables, tuple(checks), frame.bit_depth, tuple(sources))
+
+
+def dark_histograms(
+    frames: Iterable[Frame], names: Collection[str], channels: str, n_levels: int
+) -> dict[str, Counts]:
+    """How often each level occurs in frames taken with the lens covered, channel by channel.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+        None, one or more.
+    names : collection of str
+        Channels of the lit frames.
+    channels, n_levels
+        As for `noise_evidence`.
+
+    Returns
+    -------
+    dict of str to ndarray of int64, shape (L,)
+        Empty without frames.
+
+    Raises
+    ------
+    UnfitFramesError
+        If the channels are not those of the lit frames, or a frame is not dark.
+    """
+    histograms: dict[str, Counts] = {}
+    for frame in frames:
+        planes = _planes(frame, channels, n_levels)
+        if planes.keys() != set(names):
+            msg = (
+                f"{frame.path} has the channels {', '.join(planes)}, the lit frames "
+                f"{', '.join(names)}: give dark frames of the same camera and settings"
+            )
+            raise UnfitFramesError(msg)
+        for name, plane in planes.items():
+            counts = np.bincount(plane.ravel(), minlength=n_levels).astype(np.int64)
+            if np.median(plane) > _DARKEST * (n_levels - 1):
+                msg = (
+                    f"{frame.path} is not dark (median level {np.median(plane):.0f} of "
+                    f"{n_levels - 1}): cover the lens"
+                )
+                raise UnfitFramesError(msg)
+            histograms[name] = histograms[name] + counts if name in histograms else counts
+    return histograms
 
 
 def _planes(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:

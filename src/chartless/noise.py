@@ -10,6 +10,13 @@ from chartless.types import Floats
 
 _EIGHT_BIT = 255.0
 
+TYPICAL_8BIT = (0.03, 15.0)
+"""U and V that a camera is expected to have before anything is seen: the centre of a prior."""
+TYPICAL_SPREAD = 0.7
+"""Deviation of ln U and of ln V about it: a factor of two either way."""
+TYPICAL_RATIO = 0.5
+"""u/v of these."""
+
 
 @dataclass(frozen=True, slots=True)
 class AffineNoise:

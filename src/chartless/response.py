@@ -32,6 +32,24 @@ class SearchHistory:
     """How often the objective was evaluated."""
 
 
+@dataclass(frozen=True, slots=True)
+class NoiseError:
+    """How sure the noise parameters are."""
+
+    log_slope: float
+    """Deviation of ln u, so about the relative error of u."""
+    log_floor: float
+    """Deviation of ln v."""
+    correlation: float
+    """Of the two."""
+
+    @classmethod
+    def from_covariance(cls, covariance: Floats) -> "NoiseError":
+        """Errors of a covariance of (ln u, ln v), shape (2, 2)."""
+        slope, floor = np.sqrt(np.diag(covariance))
+        return cls(float(slope), float(floor), float(covariance[0, 1] / (slope * floor)))
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Response:
     """A camera's response in one channel, estimated.
@@ -58,6 +76,14 @@ class Response:
     similarity: float | None = None
     """Goodness of fit, 0 … 1: image similarity as a share of what the true model would reach
     on so many pixels; None where the method does not tell it."""
+    deviance: float | None = None
+    """Goodness of fit of the likelihood: deviance of the level pairs over what chance gives, 1 if
+    the model explains them; None where the method does not tell it."""
+    log_evidence: float | None = None
+    """Logarithm of the probability of the pairs under the family, by Laplace, for comparing
+    families on the same frames; None where the method does not tell it."""
+    noise_error: NoiseError | None = None
+    """Of the noise parameters, where the method tells one."""
     inverse_lut_std: Floats | None = None
     """Standard deviation of `inverse_lut`, shape (L,), where the method tells one."""
     history: SearchHistory | None = None

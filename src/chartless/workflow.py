@@ -15,7 +15,7 @@ from chartless._version import __version__
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
-from chartless.evidence import NoiseEvidence, noise_evidence
+from chartless.evidence import NoiseEvidence, dark_histograms, noise_evidence
 from chartless.frame import Frame
 from chartless.models import MODELS
 from chartless.response import Response
@@ -25,17 +25,18 @@ from chartless.types import JsonObject, Levels
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
-DEFAULT_MODEL, DEFAULT_METHOD = "ameegc2-exact", "ism-bin"
+DEFAULT_METHOD = "likelihood"
 
 
 def calibrate(
     frames: Sequence[str | os.PathLike[str] | Levels],
     *,
-    model: str = DEFAULT_MODEL,
+    model: str | None = None,
     method: str = DEFAULT_METHOD,
     channels: str = "auto",
     n_levels: int = 256,
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
+    dark: Sequence[str | os.PathLike[str] | Levels] = (),
     jobs: int = 1,
     scheduler: str | None = None,
     progress: Progress | None = None,
@@ -48,8 +49,9 @@ def calibrate(
     frames : sequence of paths or of ndarray of uint8 or uint16
         Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files are
         read one by one; two are in memory at a time.
-    model : str
-        Family of curves, a name in `chartless.MODELS`.
+    model : str, optional
+        Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
+        curve at all (likelihood, nlf) or ameegc2-exact (ism-bin, ism-sampled).
     method : str
         A name in `chartless.CALIBRATORS`.
     channels : str
@@ -58,6 +60,9 @@ def calibrate(
         Levels are reduced to this many before they are counted.
     mask : path or ndarray of bool, shape (M, N), optional
         Pixels to use: True, or not black in the picture.
+    dark : sequence of paths or of ndarray
+        Frames of the same camera with the same settings and the lens covered. They tell the
+        noise at black, which is what the others know least.
     jobs : int
         Processes that read files. The result does not depend on it.
     scheduler : str, optional
@@ -103,6 +108,7 @@ def calibrate(
         n_levels=n_levels,
         mask=_read_mask(mask),
     )
+    dark_levels = dark_histograms(_frames(dark), evidence.tables, channels, n_levels)
     doubts = screen(evidence.tables, evidence.checks)
     n_channels = len(evidence.tables)
 
@@ -112,7 +118,13 @@ def calibrate(
                 progress("estimating", (place + share) / n_channels)
 
         table = evidence.tables[name]
-        found = calibrator.calibrate(table, channel=name, progress=channel_progress)
+        found = calibrator.calibrate(
+            table,
+            channel=name,
+            n_frames=evidence.n_frames,
+            dark=dark_levels.get(name),
+            progress=channel_progress,
+        )
         return found.with_flags(*doubts[name])
 
     # One after the other: NumPy's steps on tables are so short that threads get in each
@@ -129,9 +141,10 @@ def calibrate(
             ],
             "settings": {
                 "method": method,
-                "model": model,
+                "model": calibrator.family,
                 "channels": channels,
                 "levels": n_levels,
+                "dark": [str(item) if not _is_array(item) else "array" for item in dark],
                 "mask": None if mask is None else "array" if _is_array(mask) else str(mask),
                 **calibrator.settings,
             },
@@ -144,13 +157,19 @@ def calibrate(
     )
 
 
-def _calibrator(method: str, model: str, settings: JsonObject) -> AbstractCalibrator:
-    make, family = CALIBRATORS[method], MODELS[model]
-    known = make(model=family).settings
+def _calibrator(method: str, model: str | None, settings: JsonObject) -> AbstractCalibrator:
+    make = CALIBRATORS[method]
+    known = make().settings
     for name in settings:
         if name not in known:
             kind = f"setting of {method}"
             raise UnknownNameError(kind, name, known)
+    if model is None:
+        return make(**settings)
+    family = MODELS[model]
+    if method == "nlf":
+        msg = "nlf estimates any curve and takes no family: leave --model away"
+        raise ParameterError(msg)
     return make(model=family, **settings)
 
 

@@ -23,7 +23,7 @@ Pixels = npt.NDArray[Any]
 Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
 Shoot = Any  # conftest.Shoot
-QUICK = ("--levels", "64", "--rounds", "1")
+QUICK = ("--method", "ism-bin", "--levels", "64", "--rounds", "1")
 """Enough of a search where its outcome does not matter."""
 
 FRAME_FLAGS = {"motion", "brightness-drift", "structured-difference", "correlated-noise"}
@@ -342,7 +342,18 @@ def test_strict_tells_doubt_by_the_status(shoot: Shoot, chartless: Chartless) ->
 
 
 def test_strict_is_content_without_doubt(shoot: Shoot, chartless: Chartless) -> None:
-    done = chartless("calibrate", *shoot(), "--levels", 64, "--rounds", 6, "--strict", "--json")
+    done = chartless(
+        "calibrate",
+        *shoot(),
+        "--method",
+        "ism-bin",
+        "--levels",
+        64,
+        "--rounds",
+        6,
+        "--strict",
+        "--json",
+    )
 
     flags = {flag for channel in done.json["channels"] for flag in channel["flags"]}
     assert done.status == (3 if flags else 0), flags
@@ -420,7 +431,9 @@ def test_alpha_is_dropped_with_a_remark_and_changes_nothing(
 def test_a_setting_without_meaning_is_refused(
     option: str, value: str, message: str, shoot: Shoot, refusal: Refusal
 ) -> None:
-    line = refusal("calibrate", *shoot(), "--rounds", 2, "--levels", 64, option, value)
+    line = refusal(
+        "calibrate", *shoot(), "--method", "ism-bin", "--rounds", 2, "--levels", 64, option, value
+    )
 
     assert message in line
     assert not Path("camera.json").exists()
@@ -551,11 +564,13 @@ def test_two_frames_make_a_calibration(
 ) -> None:
     frames = shoot(n_channels=n_channels)
 
-    done = chartless("calibrate", *frames, "--levels", 64, "--rounds", 3)
+    done = chartless("calibrate", *frames, "--method", "ism-bin", "--levels", 64, "--rounds", 3)
 
     assert done.status == 0
     table = done.out.splitlines()
-    assert table[0].split() == ["channel", "U", "V", "levels", "seen", "similarity", "status"]
+    assert table[0].split() == [
+        "channel", "U", "V", "levels", "seen", "error", "fit", "status",
+    ]  # fmt: skip
     assert [line.split()[0] for line in table[1 : len(names) + 1]] == names
     assert table[-1] == "calibration of 2 frames written to camera.json"
     calibration = load(Path("camera.json"))
@@ -642,7 +657,17 @@ def test_the_file_holds_what_is_documented(
 def test_sixteen_bits_are_reduced_to_the_levels_asked_for(
     shoot: Shoot, chartless: Chartless
 ) -> None:
-    done = chartless("calibrate", *shoot(bit_depth=16), "--levels", 128, "--rounds", 3, "--json")
+    done = chartless(
+        "calibrate",
+        *shoot(bit_depth=16),
+        "--method",
+        "ism-bin",
+        "--levels",
+        128,
+        "--rounds",
+        3,
+        "--json",
+    )
 
     assert done.status == 0
     assert (done.json["bit_depth"], done.json["levels"]) == (16, 128)
@@ -651,9 +676,9 @@ def test_sixteen_bits_are_reduced_to_the_levels_asked_for(
 
 def test_sixteen_and_eight_bits_tell_the_same_curve(shoot: Shoot, chartless: Chartless) -> None:
     curves = [
-        chartless("calibrate", *frames, "--levels", 64, "--rounds", 4, "--json").json["channels"][
-            0
-        ]["response_lut"]
+        chartless(
+            "calibrate", *frames, "--method", "ism-bin", "--levels", 64, "--rounds", 4, "--json"
+        ).json["channels"][0]["response_lut"]
         for frames in (shoot(), shoot(bit_depth=16, name="deep"))
     ]
 

@@ -15,7 +15,7 @@ import pytest
 Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
 Shoot = Any  # conftest.Shoot
-QUICK = ("--levels", "64", "--rounds", "1")
+QUICK = ("--method", "ism-bin", "--levels", "64", "--rounds", "1")
 """Enough of a search where its outcome does not matter."""
 
 COMMANDS = (
@@ -152,7 +152,8 @@ def test_an_interruption_is_one_line_and_leaves_nothing(
     before = sorted(tmp_path.iterdir())
     output = tmp_path / "camera.json"
 
-    done = chartless("calibrate", *frames, "-o", output, "--levels", 64)
+    arguments = ("--method", "ism-bin", "--levels", 64)
+    done = chartless("calibrate", *frames, "-o", output, *arguments)
 
     assert (done.status, done.out, done.err) == (130, "", "chartless: error: interrupted\n")
     assert sorted(tmp_path.iterdir()) == before
@@ -171,6 +172,8 @@ def test_control_c_ends_a_long_search_at_once(shoot: Shoot, tmp_path: Path) -> N
         *shoot(n_channels=3),
         "-o",
         output,
+        "--method",
+        "ism-bin",
         "--rounds",
         "99999",
         "--tolerance",

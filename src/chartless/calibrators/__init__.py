@@ -1,11 +1,20 @@
 """Methods of calibration, from evidence to `Response`, one file for each kind.
 
-`CALIBRATORS` has them by name: ``ism-bin``, the image-similarity search of the source paper
-with levels integrated over their bins, is the default; ``ism-sampled`` is the search as
-published, for comparison.
+`CALIBRATORS` has them by name: ``likelihood``, the exact likelihood of level pairs, is the
+default; ``nlf`` uses the noise level alone, in milliseconds; ``ism-bin`` is the image-similarity
+search of the source paper with levels integrated over their bins, ``ism-sampled`` as published.
 """
 
 from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
+from chartless.calibrators.likelihood import LikelihoodSearch
+from chartless.calibrators.noise_level import NoiseLevelSearch
 from chartless.calibrators.similarity_search import SimilaritySearch
 
-__all__ = ["CALIBRATORS", "AbstractCalibrator", "ChannelProgress", "SimilaritySearch"]
+__all__ = [
+    "CALIBRATORS",
+    "AbstractCalibrator",
+    "ChannelProgress",
+    "LikelihoodSearch",
+    "NoiseLevelSearch",
+    "SimilaritySearch",
+]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from chartless._registry import Registry
 from chartless.cooccurrence import Cooccurrence
 from chartless.response import Response
-from chartless.types import JsonObject
+from chartless.types import Counts, JsonObject
 
 ChannelProgress = Callable[[float], None]
 """Called now and then with the share of the work done, 0 … 1."""
@@ -24,12 +24,24 @@ class AbstractCalibrator(ABC):
         return {
             name: list(value) if isinstance(value, tuple) else value
             for name, value in named.items()
-            if name not in ("model", "objective")
+            if name not in ("model", "objective", "prior")
         }
+
+    @property
+    def family(self) -> str | None:
+        """Name of the family of curves; None if any curve may come out."""
+        model = getattr(self, "model", None)
+        return None if model is None else str(model.name)
 
     @abstractmethod
     def calibrate(
-        self, table: Cooccurrence, *, channel: str = "Y", progress: ChannelProgress | None = None
+        self,
+        table: Cooccurrence,
+        *,
+        channel: str = "Y",
+        n_frames: int = 2,
+        dark: Counts | None = None,
+        progress: ChannelProgress | None = None,
     ) -> Response:
         """Estimate the response of one channel.
 
@@ -39,6 +51,10 @@ class AbstractCalibrator(ABC):
             Level pairs of a still scene.
         channel : str
             Name to carry in the result.
+        n_frames : int
+            Frames that the table was counted from, each compared with the next.
+        dark : ndarray of int64, shape (L,), optional
+            How often each level occurs in frames taken with the lens covered.
         progress : callable, optional
             Told the share of the work done.
 
@@ -46,6 +62,11 @@ class AbstractCalibrator(ABC):
         -------
         Response
             With flags for what is doubtful. Screening has refused hopeless evidence before.
+
+        Raises
+        ------
+        ParameterError
+            If the method makes no use of dark frames and is given some.
         """
 
 

@@ -18,7 +18,7 @@ from chartless.models import AbstractModel, AmeegcExact
 from chartless.noise import AffineNoise
 from chartless.objectives import OBJECTIVES, BinnedPairs, half_levels
 from chartless.response import Response, SearchHistory, Status
-from chartless.types import Floats
+from chartless.types import Counts, Floats
 from chartless.whitening import whitening
 
 # Limits of the noise search in 8-bit units. U of cameras lies in 0.01 … 0.5, V in 0.1 … 100
@@ -112,8 +112,17 @@ class SimilaritySearch(AbstractCalibrator):
 
     @override
     def calibrate(
-        self, table: Cooccurrence, *, channel: str = "Y", progress: ChannelProgress | None = None
+        self,
+        table: Cooccurrence,
+        *,
+        channel: str = "Y",
+        n_frames: int = 2,
+        dark: Counts | None = None,
+        progress: ChannelProgress | None = None,
     ) -> Response:
+        if dark is not None:
+            msg = f"ism-{self.objective} makes no use of dark frames: choose the method likelihood"
+            raise ParameterError(msg)
         found = self.search(table, progress=progress)
         curve = ModelCurve(self.model.name, tuple(map(float, found.parameters)))
         response = Response(

@@ -12,6 +12,7 @@ from chartless.errors import ParameterError
 if TYPE_CHECKING:  # the library takes half a second to import: --help does without
     from chartless.calibration import Calibration
     from chartless.experiments import OnCase
+    from chartless.response import Response
     from chartless.types import JsonObject
     from chartless.workflow import Progress
 
@@ -93,17 +94,18 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     errors : sequence of float, optional
         RMSE of each channel against a known truth.
     """
-    header = ["channel", "U", "V", "levels seen", "similarity", "status"]
+    header = ["channel", "U", "V", "levels seen", "error", "fit", "status"]
     rows = []
     for response in calibration.channels:
         low, high = response.observed_levels
         rows.append(
             [
                 response.name,
-                f"{response.noise.slope_8bit:.4f}",
-                f"{response.noise.floor_8bit:.2f}",
+                _with_error(response.noise.slope_8bit, "log_slope", response, 3),
+                _with_error(response.noise.floor_8bit, "log_floor", response, 1),
                 f"{low} to {high}",
-                "-" if response.similarity is None else f"{response.similarity:.3f}",
+                _error(response),
+                _fit(response),
                 response.status.value if not response.flags else "doubtful",
             ]
         )
@@ -114,3 +116,23 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     print_table(header, rows)
     for flag, names in calibration.flags.items():
         remark(f"{flag.code} ({', '.join(names)}): {flag.advice}")
+
+
+def _with_error(value: float, which: str, response: "Response", digits: int) -> str:
+    if response.noise_error is None:
+        return f"{value:.{digits + 1}f}"
+    error = value * float(getattr(response.noise_error, which))
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def _error(response: "Response") -> str:
+    """Root mean square of the deviations of the inverse response."""
+    if response.inverse_lut_std is None:
+        return "-"
+    return f"± {float((response.inverse_lut_std**2).mean()) ** 0.5:.3f}"
+
+
+def _fit(response: "Response") -> str:
+    if response.deviance is not None:
+        return f"deviance {response.deviance:.2f}"
+    return "-" if response.similarity is None else f"similarity {response.similarity:.3f}"

@@ -29,37 +29,52 @@ def calibrate(
         ),
     ] = None,
     model: Annotated[
+        str | None,
+        typer.Option(
+            help="Family of response curves, see chartless models [any curve; for the ism methods "
+            "ameegc2-exact].",
+            show_default=False,
+        ),
+    ] = None,
+    method: Annotated[
         str,
         typer.Option(
-            help="Family of response curves: gamma, ameegc0 … 2, ameegc2-exact, eegc0 … 6."
+            help="Method of estimation: likelihood, nlf (noise level alone, fast), ism-bin or "
+            "ism-sampled (image similarity)."
         ),
-    ] = "ameegc2-exact",
-    method: Annotated[
-        str, typer.Option(help="Method of estimation: ism-bin or ism-sampled.")
-    ] = "ism-bin",
+    ] = "likelihood",
     channels: Annotated[str, typer.Option(help="auto (as in the file), rgb or luma.")] = "auto",
     levels: Annotated[int, typer.Option(help="Reduce the frames to this many levels.")] = 256,
     mask: Annotated[
         Path | None, typer.Option(help="Picture that is black where pixels are to be left out.")
     ] = None,
-    rounds: Annotated[int | None, _search("Rounds of the search, at most [15].")] = None,
+    dark: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Frame with the lens covered and the same settings; may be repeated. It tells the "
+            "noise at black.",
+            show_default=False,
+        ),
+    ] = None,
+    rounds: Annotated[int | None, _search("ism: rounds of the search, at most [15].")] = None,
     iterations: Annotated[
-        int | None, _search("Iterations in a round, for noise and curve each [10].")
+        int | None, _search("ism: iterations in a round, for noise and curve each [10].")
     ] = None,
     start: Annotated[
-        str | None, _search("Noise U,V to start from, in 8-bit units [0.06,1].")
+        str | None, _search("ism: noise U,V to start from, in 8-bit units [0.06,1].")
     ] = None,
     curve_step: Annotated[
-        float | None, _search("First step of the curve; 1 is the spread of real cameras [0.5].")
+        float | None,
+        _search("ism: first step of the curve; 1 is the spread of real cameras [0.5]."),
     ] = None,
     noise_step: Annotated[
-        float | None, _search("First step of the noise, in ln u and ln v [0.5].")
+        float | None, _search("ism: first step of the noise, in ln u and ln v [0.5].")
     ] = None,
     shrink: Annotated[
-        float | None, _search("Factor on the steps from round to round [0.9].")
+        float | None, _search("ism: factor on the steps from round to round [0.9].")
     ] = None,
     tolerance: Annotated[
-        float | None, _search("Gain below which the search has converged [1e-4].")
+        float | None, _search("ism: gain below which the search has converged [1e-4].")
     ] = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
@@ -79,6 +94,7 @@ def calibrate(
     \b
     Example:
         chartless calibrate a.jpg b.jpg -o camera.json
+        chartless calibrate a.png b.png --dark cap1.png --dark cap2.png
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
     """
     from chartless._files import require_writable
@@ -108,6 +124,7 @@ def calibrate(
             channels=channels,
             n_levels=levels,
             mask=mask,
+            dark=dark or (),
             jobs=jobs,
             scheduler=scheduler,
             progress=progress,

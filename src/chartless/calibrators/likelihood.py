@@ -1,0 +1,171 @@
+"""The exact likelihood of level pairs: any curve or a family, the noise ratio integrated out."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
+from chartless.cooccurrence import Cooccurrence
+from chartless.curve_space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
+from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
+from chartless.errors import ParameterError
+from chartless.flags import Flag
+from chartless.likelihood import PairCounts, PairModel
+from chartless.log_slopes import CurvePrior, measured_prior
+from chartless.models import AbstractModel
+from chartless.noise import AffineNoise
+from chartless.noise_level import noise_level_start
+from chartless.posterior import (
+    PAIR_WEIGHT,
+    RATIOS,
+    Posterior,
+    State,
+    integrated,
+    ridge,
+    ridge_share,
+)
+from chartless.response import NoiseError, Response, Status
+from chartless.types import Counts
+
+# Deviance, as a multiple of what chance gives, above which pairs are not explained.
+_POOR = 1.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """What a search over a table found, and nothing judged."""
+
+    posterior: Posterior
+    space: AbstractCurveSpace
+    deviance: float
+    """Of the pairs against the saturated model, as a multiple of what chance gives."""
+    settled: bool
+    steps: int
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LikelihoodSearch(AbstractCalibrator):
+    """Posterior of curve and noise given the level pairs.
+
+    The noise level gives the start; Fisher scoring finds the most probable curve, noise and
+    scene at each of several ratios r = u/v; curves are averaged over the ratios by their
+    evidence. Deterministic.
+
+    Parameters
+    ----------
+    model : AbstractModel, optional
+        Family of curves; without, any curve at all, with a prior learned from cameras.
+    prior : CurvePrior, optional
+        Of the log slopes, instead of `chartless.log_slopes.measured_prior`: for experiments
+        that leave cameras out.
+    weight : float
+        Of a pair of pixels in the likelihood. Below 1 it allows for what the model
+        leaves out: the histogram of the scene between its nodes, digitised curves.
+
+    Raises
+    ------
+    ParameterError
+        If a setting has no meaning.
+    """
+
+    model: AbstractModel | None = None
+    prior: CurvePrior | None = None
+    weight: float = PAIR_WEIGHT
+
+    def __post_init__(self) -> None:
+        if not 0 < self.weight <= 1:
+            msg = f"weight must lie above 0 and not above 1, not {self.weight!r}"
+            raise ParameterError(msg)
+
+    @override
+    def calibrate(
+        self,
+        table: Cooccurrence,
+        *,
+        channel: str = "Y",
+        n_frames: int = 2,
+        dark: Counts | None = None,
+        progress: ChannelProgress | None = None,
+    ) -> Response:
+        found = self.search(table, n_frames=n_frames, dark=dark, progress=progress)
+        posterior = found.posterior
+        curve: AbstractCurve = SampledCurve.from_inverse(posterior.inverse)
+        if isinstance(found.space, FamilyCurve) and self.model is not None:
+            parameters = found.space.parameters(posterior.best.state.coordinates)
+            curve = ModelCurve(self.model.name, tuple(map(float, parameters)))
+        slope, floor = np.exp(posterior.log_noise)
+        response = Response(
+            name=channel,
+            curve=curve,
+            noise=AffineNoise(float(slope), float(floor)),
+            noise_error=NoiseError.from_covariance(posterior.log_noise_covariance),
+            n_levels=table.n_levels,
+            observed_levels=table.observed_levels,
+            n_pairs=table.n_pairs,
+            method="likelihood",
+            status=Status.CONVERGED if found.settled else Status.LIMIT_REACHED,
+            deviance=found.deviance,
+            log_evidence=posterior.best.log_evidence,
+            inverse_lut_std=posterior.inverse_std,
+            table=table,
+        )
+        doubts = (
+            (Flag.MISFIT, found.deviance > _POOR),
+            (Flag.SEARCH_UNFINISHED, not found.settled),
+            (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
+        )
+        return response.with_flags(*(flag for flag, holds in doubts if holds))
+
+    def search(
+        self,
+        table: Cooccurrence,
+        *,
+        n_frames: int = 2,
+        dark: Counts | None = None,
+        progress: ChannelProgress | None = None,
+    ) -> Found:
+        """Posterior of a table, and nothing judged; arguments as for `calibrate`."""
+        prior = self.prior or measured_prior(table.n_levels)
+        counts = PairCounts.of(table, dark=dark, weight=self.weight * independent_share(n_frames))
+        start, scene = noise_level_start(counts, prior)
+        space = self._space(table.n_levels)
+
+        def on_mode(done: int) -> None:
+            if progress is not None:
+                progress(done / (len(RATIOS) + 1))
+
+        begin = State(space.nearest(start.edges), start.log_floor, scene)
+        modes = ridge(counts, space, begin, on_mode=on_mode)
+        posterior = integrated(modes, space, ridge_share(counts))
+        best = posterior.best
+        model = PairModel(best.edges, best.noise, best.state.scene)
+        if progress is not None:
+            progress(1.0)
+        return Found(
+            posterior=posterior,
+            space=space,
+            deviance=model.relative_deviance(counts),
+            settled=all(mode.settled for mode in modes),
+            steps=sum(mode.steps for mode in modes),
+        )
+
+    def _space(self, n_levels: int) -> AbstractCurveSpace:
+        if self.model is not None:
+            return FamilyCurve(self.model, n_levels)
+        return free_curve(n_levels) if self.prior is None else FreeCurve(self.prior)
+
+
+def independent_share(n_frames: int) -> float:
+    """How much a pair of consecutive frames tells, as a share of an independent pair.
+
+    The mean square of M − 1 successive differences of M values has the variance
+    (3M − 4)/(M − 1)² σ⁴, not 2/(M − 1) σ⁴ (von Neumann et al. 1941, doi:10.1214/aoms/1177731746):
+    1 for two frames, two thirds for many.
+    """
+    return 2 * (n_frames - 1) / (3 * n_frames - 4)
+
+
+CALIBRATORS.register("likelihood", LikelihoodSearch)

@@ -1,0 +1,79 @@
+"""The noise level function alone, by generalised least squares: milliseconds, for live use."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
+from chartless.cooccurrence import Cooccurrence
+from chartless.curve_space import FreeCurve, free_curve
+from chartless.curves import SampledCurve
+from chartless.errors import ParameterError
+from chartless.likelihood import PairCounts
+from chartless.log_slopes import CurvePrior, measured_prior
+from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
+from chartless.noise_level import noise_level_start
+from chartless.posterior import at_levels, deviations_at_levels, warped
+from chartless.response import Response, Status
+from chartless.types import Counts
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseLevelSearch(AbstractCalibrator):
+    """Curve from the noise level at a typical ratio u/v of the noise parameters.
+
+    The error bars allow for the ratio, which the noise level does not tell.
+
+    Parameters
+    ----------
+    prior : CurvePrior, optional
+        Of the log slopes, instead of `chartless.log_slopes.measured_prior`: for experiments
+        that leave cameras out.
+    """
+
+    prior: CurvePrior | None = None
+
+    @override
+    def calibrate(
+        self,
+        table: Cooccurrence,
+        *,
+        channel: str = "Y",
+        n_frames: int = 2,
+        dark: Counts | None = None,
+        progress: ChannelProgress | None = None,
+    ) -> Response:
+        if dark is not None:
+            msg = "nlf makes no use of dark frames: choose the method likelihood"
+            raise ParameterError(msg)
+        prior = self.prior or measured_prior(table.n_levels)
+        fit, _ = noise_level_start(PairCounts.of(table), prior)
+        inverse = at_levels(fit.edges)
+        space = free_curve(table.n_levels) if self.prior is None else FreeCurve(prior)
+        spread = np.sqrt(2) * TYPICAL_SPREAD  # of ln r
+        low, high = (
+            at_levels(warped(fit.edges, TYPICAL_RATIO, TYPICAL_RATIO * float(np.exp(step))))
+            for step in (-spread, spread)
+        )
+        within = deviations_at_levels(space.pull(fit.log_slopes), fit.covariance)
+        if progress is not None:
+            progress(1.0)
+        floor = float(np.exp(fit.log_floor))
+        return Response(
+            name=channel,
+            curve=SampledCurve.from_inverse(inverse),
+            noise=AffineNoise(TYPICAL_RATIO * floor, floor),
+            n_levels=table.n_levels,
+            observed_levels=table.observed_levels,
+            n_pairs=table.n_pairs,
+            method="nlf",
+            status=Status.CONVERGED,
+            inverse_lut_std=np.hypot(within, 0.5 * (high - low)),
+            table=table,
+        )
+
+
+CALIBRATORS.register("nlf", NoiseLevelSearch)
