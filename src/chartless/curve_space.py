@@ -61,6 +61,27 @@ class AbstractCurveSpace(ABC):
         """Coordinates of a curve near given edges, shape (P,)."""
 
 
+def in_coordinates(information: Floats, n_inner: int, pull: Callable[[Floats], Floats]) -> Floats:
+    """Information on coordinates and what follows, from that on the edges and what follows.
+
+    Parameters
+    ----------
+    information : ndarray, shape (L − 1 + N, L − 1 + N)
+    n_inner : int
+        L − 1.
+    pull : callable
+        As `AbstractCurveSpace.pull` returns it.
+
+    Returns
+    -------
+    ndarray, shape (P + N, P + N)
+    """
+    edge, rest = slice(n_inner), slice(n_inner, None)
+    own = pull(pull(information[edge, edge]).T)
+    cross = pull(information[edge, rest])
+    return np.block([[own, cross], [cross.T, information[rest, rest]]])
+
+
 @final
 class FreeCurve(AbstractCurveSpace):
     """Any increasing curve: its coordinates are the log slopes of g in each level."""

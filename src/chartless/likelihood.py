@@ -32,6 +32,9 @@ _LEAST = 1e-14
 _NO_PART = 1e-9
 SCENE_NODES = 128
 """Nodes of a scene, at least."""
+SCENE_STEP = 0.5
+"""Deviation of ln p from one node to the next, at so many nodes: how rough scenes are."""
+_SCENE_LEVEL = 1e-3  # precision of ln p itself: p is normalised, so it is no matter
 _NORMAL = 1 / np.sqrt(2 * np.pi)
 
 
@@ -85,6 +88,12 @@ class Scene:
         return np.asarray(weights / weights.sum())
 
 
+def scene_precision(n_nodes: int) -> Floats:
+    """Inverse prior covariance of the log-weights of a scene, shape (K, K)."""
+    steps = np.diff(np.eye(n_nodes), axis=0) / (SCENE_STEP * np.sqrt(SCENE_NODES / n_nodes))
+    return np.asarray(steps.T @ steps + _SCENE_LEVEL * np.eye(n_nodes))
+
+
 class Expansion(NamedTuple):
     """The log-likelihood and how it changes with (edges, ln u, ln v, ln p), L + 1 + K numbers."""
 
@@ -115,6 +124,21 @@ class PairModel:
     def _distance(self) -> Floats:
         """Of each edge from each node in deviations, shape (L − 1, K)."""
         return (self.edges[:, np.newaxis] - self.scene.nodes) / self.deviation
+
+    @cached_property
+    def _density(self) -> Floats:
+        """Of the normal distribution at each edge from each node, shape (L − 1, K)."""
+        return np.asarray(_NORMAL * np.exp(-0.5 * self._distance**2))
+
+    @cached_property
+    def _by_edge(self) -> Floats:
+        """Derivative of what lies below each edge in the edge, shape (L − 1, K)."""
+        return np.asarray(self._density / self.deviation)
+
+    @cached_property
+    def _by_variance(self) -> Floats:
+        """Derivative of what lies below each edge in the variance, shape (L − 1, K)."""
+        return np.asarray(self._density * self._distance / (-2 * self.deviation**2))
 
     @cached_property
     def shares(self) -> Floats:
@@ -158,82 +182,104 @@ class PairModel:
         grown = self.weights * _quadratic(self.shares, ratio) / counts.pairs.sum()
         return Scene(self.scene.nodes, np.log(grown + 1e-7))
 
-    def expand(self, counts: PairCounts) -> Expansion:
+    @property
+    def noise_directions(self) -> Floats:
+        """How the variance at the nodes changes with ln u and with ln v, shape (2, K)."""
+        return np.stack(
+            [
+                self.noise.slope * self.scene.nodes,
+                np.full(self.scene.nodes.size, self.noise.floor),
+            ]
+        )
+
+    def expand(self, counts: PairCounts, directions: Floats | None = None) -> Expansion:
         """Log-likelihood, gradient and expected information.
 
         The information has a closed form: an edge touches two rows and two columns of Q, so
         no table of L² × (L + K) derivatives is ever made.
+
+        Parameters
+        ----------
+        counts : PairCounts
+        directions : ndarray, shape (D, K), optional
+            How the variance at the nodes changes with each unknown of the noise, instead of
+            `noise_directions`; the first node is at black.
         """
+        if directions is None:
+            directions = self.noise_directions
+        gradient = self._gradient(counts, directions)
+        information = self.information(directions)
+        information *= counts.n_pairs * counts.weight
+        if counts.dark.any():
+            self._add_dark(counts.dark, directions[:, 0], gradient, information)
+        return Expansion(self.log_likelihood(counts), gradient, information)
+
+    def _gradient(self, counts: PairCounts, directions: Floats) -> Floats:
+        a, p = self.shares, self.weights
+        ratio = counts.pairs / self.pairs
+        ratio_a = ratio @ a
+        drop = ratio_a[:-1] - ratio_a[1:]
+        drop *= p
+        by_edge = np.einsum("ek,ek->e", drop, self._by_edge)
+        by_variance = np.einsum("ek,ek->k", drop, self._by_variance)
+        by_scene = p * (0.5 * np.einsum("ak,ak->k", a, ratio_a) - counts.n_pairs)
+        return counts.weight * np.concatenate([by_edge, directions @ by_variance, by_scene])
+
+    def information(self, directions: Floats | None = None) -> Floats:
+        """Expected Fisher information of one pair; arguments and order as for `expand`."""
+        if directions is None:
+            directions = self.noise_directions
         a, p = self.shares, self.weights
         inverse = 1 / self.pairs
-        n_inner = self.edges.size
-        n_pairs = counts.n_pairs
-
-        density = _NORMAL * np.exp(-0.5 * self._distance**2)
-        by_edge = density / self.deviation
-        steepness = -density * self._distance / (2 * self.deviation**2)
-        by_noise = (
-            steepness * (self.noise.slope * self.scene.nodes),
-            steepness * self.noise.floor,
-        )
-
-        ratio = counts.pairs * inverse
-        pulled = ratio @ (a * p)
-        drop = pulled[:-1] - pulled[1:]
-        gradient = np.concatenate(
-            [
-                np.einsum("ek,ek->e", drop, by_edge),
-                [np.vdot(drop, change) for change in by_noise],
-                p * (0.5 * np.einsum("ak,ak->k", a, ratio @ a) - n_pairs),
-            ]
-        )
-
-        edge, noise, scene = (
-            slice(n_inner),
-            slice(n_inner, n_inner + 2),
-            slice(n_inner + 2, None),
-        )
-        information = np.empty((gradient.size, gradient.size))
-        moved = (by_edge * p) @ a.T
+        n_inner, n_noise = self.edges.size, len(directions)
+        edge, scene = slice(n_inner), slice(n_inner + n_noise, None)
+        size = n_inner + n_noise + p.size
+        information = np.empty((size, size))
+        moved = (self._by_edge * p) @ a.T
         upper, lower = moved * inverse[:-1], moved * inverse[1:]
         information[edge, edge] = _of_edges(moved, upper, lower, inverse)
-        of_scene = 2 * p * (a[:-1] * (upper @ a) - a[1:] * (lower @ a))
-        information[edge, scene] = of_scene
-        changes = [_symmetric((_differences(change) * p) @ a.T) for change in by_noise]
-        for place, change in enumerate(changes):
+        crossed = upper @ a
+        crossed *= a[:-1]
+        crossed_lower = lower @ a
+        crossed_lower *= a[1:]
+        crossed -= crossed_lower
+        crossed *= 2 * p
+        information[edge, scene] = crossed
+        by_variance = _differences(self._by_variance)
+        changes = [_symmetric((by_variance * (p * rate)) @ a.T) for rate in directions]
+        for column, change in enumerate(changes, start=n_inner):
             relative = change * inverse
-            column = n_inner + place
             information[edge, column] = 2 * np.einsum(
                 "el,el->e", moved, relative[:-1] - relative[1:]
             )
             information[column, scene] = p * _quadratic(a, relative)
-            for other, its in enumerate(changes):
-                information[column, n_inner + other] = np.vdot(relative, its)
-        information[noise, edge] = information[edge, noise].T
-        information[scene, : n_inner + 2] = information[: n_inner + 2, scene].T
+            for other, its in enumerate(changes, start=n_inner):
+                information[column, other] = np.vdot(relative, its)
+        information[n_inner : n_inner + n_noise, edge] = information[
+            edge, n_inner : n_inner + n_noise
+        ].T
+        information[scene, : n_inner + n_noise] = information[: n_inner + n_noise, scene].T
         information[scene, scene] = _of_scene(a, p, inverse)
-        information *= n_pairs * counts.weight
-        gradient *= counts.weight
-        if counts.dark.any():
-            self._add_dark(counts.dark, gradient, information)
-        return Expansion(self.log_likelihood(counts), gradient, information)
+        return information
 
-    def _add_dark(self, counts: Floats, gradient: Floats, information: Floats) -> None:
-        """Add what dark frames tell of the edges and of ln v."""
+    def _add_dark(
+        self, counts: Floats, rates: Floats, gradient: Floats, information: Floats
+    ) -> None:
+        """Add what dark frames tell of the edges and, by its rates at black, of the noise."""
         deviation = np.sqrt(self.noise.floor)
         distance = self.edges / deviation
         density = _NORMAL * np.exp(-0.5 * distance**2)
         n_inner = self.edges.size
-        change = np.zeros((counts.size, n_inner + 1))  # of the levels, by edges and ln v
+        change = np.zeros((counts.size, n_inner + rates.size))  # of the levels
         inner = np.arange(n_inner)
         change[inner, inner] = density / deviation
         change[inner + 1, inner] = -density / deviation
-        change[:, -1] = _differences(-density * distance / 2)
-        where = np.append(inner, n_inner + 1)
+        by_variance = _differences(density * distance / (-2 * self.noise.floor))
+        change[:, n_inner:] = by_variance[:, np.newaxis] * rates
+        where = slice(n_inner + rates.size)
         gradient[where] += change.T @ (counts / self.dark)
-        information[np.ix_(where, where)] += (
-            counts.sum() * change.T @ (change / self.dark[:, np.newaxis])
-        )
+        relative = change / self.dark[:, np.newaxis]
+        information[where, where] += counts.sum() * change.T @ relative
 
 
 def _mean_deviance(expected: Floats) -> Floats:

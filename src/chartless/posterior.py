@@ -16,11 +16,11 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 
-from chartless.curve_space import AbstractCurveSpace
+from chartless.curve_space import AbstractCurveSpace, in_coordinates
 from chartless.errors import ParameterError
-from chartless.likelihood import SCENE_NODES, Expansion, PairCounts, PairModel, Scene
+from chartless.likelihood import Expansion, PairCounts, PairModel, Scene, scene_precision
 from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
 from chartless.types import Floats
 
@@ -30,9 +30,6 @@ RIDGE_PAIRS = 30_000
 """Weighted pairs that tell ratios apart, at most."""
 RATIOS = (0.005, 0.013, 0.032, 0.08, 0.2, 0.5, 1.25, 3.1, 7.8, 20.0, 50.0)
 """Ratios r = u/v at which modes are sought."""
-SCENE_STEP = 0.5
-"""Deviation of ln p from one node to the next, at `SCENE_NODES` nodes."""
-_SCENE_LEVEL = 1e-3  # precision of ln p itself: p is normalised, so it is no matter
 _MOST_STEPS, _MOST_TRIALS = 40, 12
 _SETTLED = 0.1  # gain in nats
 _LONGEST = 3.0  # step of any coordinate
@@ -90,15 +87,13 @@ def maximise(counts: PairCounts, space: AbstractCurveSpace, ratio: float, start:
     state = start
     model = _model(space, state, ratio)
     value = model.log_likelihood(counts) + prior.log_density(state)
-    damping, settled, steps = 1e-4, False, 0
-    while True:
-        expansion = model.expand(counts)
+    damping, settled = 1e-4, False
+    for steps in range(1, _MOST_STEPS + 1):  # noqa: B007 - used after the loop
+        # At fixed r, ln u and ln v move together: the variance itself is the direction.
+        expansion = model.expand(counts, model.deviation[np.newaxis] ** 2)
         gradient, information = _in_coordinates(space, state, expansion)
         gradient += prior.gradient(state)
         information += prior.precision
-        if settled or steps == _MOST_STEPS:
-            break
-        steps += 1
         diagonal = np.diag(information).copy()
         for _ in range(_MOST_TRIALS):
             damped = information.copy()
@@ -115,12 +110,15 @@ def maximise(counts: PairCounts, space: AbstractCurveSpace, ratio: float, start:
             if trial_value >= value - _ROUNDING:
                 break
             damping = max(8 * damping, 1e-6)
-        else:
-            break  # nothing near is better
+        else:  # nothing near is better, or rounding hides it
+            settled = float(gradient @ step) < _SETTLED
+            break
         settled = trial_value - value < _SETTLED and scale == 1.0
         state, model, value = trial, trial_model, trial_value
+        if settled:  # the information has hardly changed since
+            break
         damping = max(damping / 8, 1e-9)
-    factor = np.asarray(np.linalg.cholesky(information), np.float64)
+    factor = cholesky(information, lower=True, check_finite=False)
     dark = float(counts.dark @ np.log(model.dark)) if counts.dark.any() else 0.0
     return Mode(
         ratio=ratio,
@@ -142,8 +140,7 @@ class _Prior:
         self._log_slope = np.log(centre.slope) - np.log(ratio)  # of ln v, from that of ln u
         self._log_floor = np.log(centre.floor)
         self._space = space
-        steps = np.diff(np.eye(n_nodes), axis=0) / (SCENE_STEP * np.sqrt(SCENE_NODES / n_nodes))
-        self._scene = steps.T @ steps + _SCENE_LEVEL * np.eye(n_nodes)
+        self._scene = scene_precision(n_nodes)
         size = space.mean.size
         self.precision = np.zeros((size + 1 + n_nodes, size + 1 + n_nodes))
         self.precision[:size, :size] = space.precision
@@ -191,22 +188,12 @@ def _moved(state: State, step: Floats) -> State:
 def _in_coordinates(
     space: AbstractCurveSpace, state: State, expansion: Expansion
 ) -> tuple[Floats, Floats]:
-    """Gradient and information in (coordinates, ln v at fixed r, ln p)."""
+    """Gradient and information in (coordinates, ln v, ln p)."""
     pull = space.pull(state.coordinates)
-    n_inner = expansion.gradient.size - 2 - state.scene.nodes.size
-    # At fixed r, ln u and ln v move together: add up their rows and columns.
-    gradient = np.delete(expansion.gradient, n_inner)
-    gradient[n_inner] += expansion.gradient[n_inner]
-    information = expansion.information
-    information[n_inner + 1] += information[n_inner]
-    information[:, n_inner + 1] += information[:, n_inner]
-    edge, rest = slice(n_inner), slice(n_inner + 1, None)
-    own = pull(pull(information[edge, edge]).T)
-    cross = pull(information[edge, rest])
-    return (
-        np.concatenate([pull(gradient[edge]), gradient[n_inner:]]),
-        np.block([[own, cross], [cross.T, information[rest, rest]]]),
-    )
+    n_inner = expansion.gradient.size - 1 - state.scene.nodes.size
+    own, rest = expansion.gradient[:n_inner], expansion.gradient[n_inner:]
+    gradient = np.concatenate([pull(own), rest])
+    return gradient, in_coordinates(expansion.information, n_inner, pull)
 
 
 def warped(irradiance: Floats, ratio: float, other: float) -> Floats:

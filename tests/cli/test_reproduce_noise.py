@@ -20,9 +20,9 @@ Refusal = Callable[..., str]
 
 STATISTICS = [
     "cases", "median", "q25", "q75", "mean", "p90", "infeasible", "evaluations", "slope_ratio",
-    "floor_ratio", "seconds",
+    "floor_ratio", "within_1", "within_2", "seconds",
 ]  # fmt: skip
-FIGURES = ["dependence", "fig4_scenes", "fig5_errors", "fig5_search"]
+FIGURES = ["dependence", "fig4_scenes", "fig5_errors", "fig5_search", "likelihood"]
 
 
 @pytest.fixture(autouse=True)

@@ -17,7 +17,7 @@ from chartless.experiments import noise, noise_figures, noise_sweeps
 from chartless.experiments.noise import CaseResult, NoiseCase, Outcome
 from chartless.models import MODELS
 
-FEW = ("ism-bin/ameegc2-exact", "ism-bin/emor2", "ism-bin/emor2-left-out")
+FEW = ("ism-bin/ameegc2-exact", "ism-bin/emor2", "ism-bin/emor2-left-out", "likelihood/default")
 
 
 def photograph(path: Path, size: tuple[int, int] = (90, 160), seed: int = 0) -> Path:
@@ -54,7 +54,7 @@ def dorf() -> Dorf:
     return Dorf(irradiance, curves, names, ("graph-log-log-neg",) * 12)
 
 
-def outcome(rmse: float, **changes: float) -> Outcome:
+def outcome(rmse: float, **changes: Any) -> Outcome:
     values = {"variation": 1.0, "slope_8bit": 0.03, "floor_8bit": 16.0, **changes}
     return Outcome(rmse=rmse, values=(0.1, 0.9), evaluations=10, seconds=1.0, **values)
 
@@ -138,7 +138,8 @@ def test_every_method_sees_the_same_pairs_and_the_table_has_a_row_for_each(
     assert [list(result.outcomes) for result in results] == [list(FEW)] * 3
     with (tmp_path / "out" / "cases.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 9
+    assert len(rows) == 12
+    assert all(0 < result.bound < 0.5 for result in results)
     assert {row["method"] for row in rows} == set(FEW)
     assert all(float(row["rmse"]) < 0.5 for row in rows)
 
@@ -174,13 +175,24 @@ def test_the_left_out_basis_knows_no_curve_of_the_camera(dorf: Dorf) -> None:
     assert not np.array_equal(before, methods["ism-bin/emor2"].model.response(grid, [0.1, 0, 0]))
 
 
+def test_the_prior_of_any_curve_knows_none_of_the_camera(dorf: Dorf) -> None:
+    changed = Dorf(dorf.irradiance, dorf.curves.copy(), dorf.names, dorf.scales)
+    changed.curves[3:6] = dorf.curves[3:6] ** 1.5
+
+    before, after = (noise.curve_prior(each, 4) for each in (dorf, changed))
+
+    assert np.array_equal(before.mean, after.mean)
+    assert np.array_equal(before.covariance, after.covariance)
+    assert not np.array_equal(before.mean, noise.curve_prior(dorf, 7).mean)
+
+
 # Summing up
 
 
 def test_statistics_are_those_of_the_outcomes() -> None:
     case = NoiseCase(0, "a.png", 0.02, 10.0, 0, 0)
     results = [
-        CaseResult(case, dict.fromkeys(FEW, outcome(rmse, variation=variation)))
+        CaseResult(case, dict.fromkeys(FEW, outcome(rmse, variation=variation)), 0.001)
         for rmse, variation in ((0.01, 1.0), (0.02, 1.0005), (0.03, 1.0), (0.1, 1.2))
     ]
 
@@ -199,7 +211,7 @@ def test_statistics_are_those_of_the_outcomes() -> None:
 def test_a_summary_has_no_times_in_it() -> None:
     case = NoiseCase(0, "a.png", 0.02, 10.0, 0, 0)
 
-    summary = noise.summarize([CaseResult(case, dict.fromkeys(FEW, outcome(0.1)))])
+    summary = noise.summarize([CaseResult(case, dict.fromkeys(FEW, outcome(0.1)), 0.001)])
 
     assert all(numbers["seconds"] is None for numbers in summary["noise"].values())
 
@@ -219,11 +231,11 @@ def test_every_factor_is_varied_around_one_camera(
         ("frames", 2), ("frames", 4), ("quality", 50), ("quality", None),
     ]  # fmt: skip
     two, four, _, uncompressed = points
-    assert np.array_equal(two.rmse, uncompressed.rmse)  # both are the reference
-    assert np.all(four.bound < two.bound)  # more pairs, more knowledge
-    assert np.all(two.bound < two.rmse + 1)
     summary = noise_sweeps.summarize(points)["sweeps"]
-    assert summary["frames"]["4"]["median"] == np.median(four.rmse)
+    for method in noise_sweeps.METHODS:
+        assert np.array_equal(two.rmse[method], uncompressed.rmse[method])  # the reference
+        assert np.all(four.bound[method] < two.bound[method])  # more pairs, more knowledge
+        assert summary["frames"]["4"][method]["median"] == np.median(four.rmse[method])
 
 
 @pytest.mark.parametrize("field", noise_sweeps.FACTORS)
@@ -233,10 +245,12 @@ def test_every_factor_is_a_property_of_the_camera(field: str) -> None:
 
 def test_figures_are_drawn_from_results(scenes: Path) -> None:
     case = NoiseCase(0, "a.png", 0.02, 10.0, 0, 0)
-    methods = [f"{o}/{m}" for o in noise.OBJECTIVES for m in noise.MODEL_NAMES]
-    results = [CaseResult(case, dict.fromkeys(methods, outcome(r))) for r in (0.01, 0.02)]
+    searches = dict.fromkeys(noise.SEARCHES, outcome(0.01))
+    estimates = dict.fromkeys(noise.LIKELIHOODS, outcome(0.02, covered=(0.7, 0.95)))
+    results = [CaseResult(case, searches | estimates, bound) for bound in (0.001, 0.002)]
+    numbers = dict.fromkeys(noise_sweeps.METHODS, np.array([0.01, 0.02]))
     points = [
-        noise_sweeps.SweepPoint(factor, value, np.array([0.01, 0.02]), np.array([0.001, 0.001]))
+        noise_sweeps.SweepPoint(factor, value, numbers, numbers)
         for factor, (_, values) in noise_sweeps.FACTORS.items()
         for value in values
     ]
@@ -244,4 +258,5 @@ def test_figures_are_drawn_from_results(scenes: Path) -> None:
     assert len(noise_figures.scenes_figure(noise.scene_files(scenes)).axes) == 5
     assert len(noise_figures.search_figure(results).axes) == 4
     assert len(noise_figures.errors_figure(results).axes) == 8
+    assert len(noise_figures.likelihood_figure(results).axes) == 2
     assert len(noise_figures.sweeps_figure(points).axes) == len(noise_sweeps.FACTORS)

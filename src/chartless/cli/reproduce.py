@@ -121,6 +121,7 @@ def noise(
         ("fig4_scenes", noise_figures.scenes_figure(experiment.scene_files(folder))),
         ("fig5_search", noise_figures.search_figure(results)),
         ("fig5_errors", noise_figures.errors_figure(results)),
+        ("likelihood", noise_figures.likelihood_figure(results)),
     ]
     summary = experiment.summarize(results)
     if points:
@@ -140,7 +141,7 @@ def noise(
             method,
             *(f"{numbers[what]:.4f}" for what in ("median", "mean", "p90")),
             str(numbers["infeasible"]),
-            f"{numbers['evaluations']:.0f}",
+            "-" if numbers["evaluations"] is None else f"{numbers['evaluations']:.0f}",
             f"{timing['seconds'][method]:.2f}",
         ]
         for method, numbers in summary["noise"].items()

@@ -11,22 +11,31 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from chartless._files import make_folder, write_csv
 from chartless._version import __version__
-from chartless.calibrators.similarity_search import SimilaritySearch
+from chartless.calibrators import (
+    AbstractCalibrator,
+    LikelihoodSearch,
+    NoiseLevelSearch,
+    SimilaritySearch,
+)
 from chartless.cooccurrence import Cooccurrence
 from chartless.curves import SampledCurve, SrgbCurve
 from chartless.datasets import Dorf
 from chartless.errors import ImageError, ParameterError
 from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
 from chartless.images import read_values
+from chartless.information import free_bound
+from chartless.log_slopes import CurvePrior, bin_edges, log_slope_basis
 from chartless.models import MODELS, UNIFORM_IRRADIANCE, AbstractModel, Basis, Emor, principal_basis
 from chartless.noise import AffineNoise
+from chartless.response import rmse
 from chartless.simulate import simulate_frames
-from chartless.types import Floats, JsonObject
+from chartless.types import Counts, Floats, JsonObject
 
 SLOPES_8BIT, FLOORS_8BIT = (0.01, 0.06), (9.0, 25.0)
 """Ranges of U and V in the paper."""
@@ -38,7 +47,14 @@ LEFT_OUT = "-left-out"
 """Ends the names of methods whose EMoR basis is made without the camera under test."""
 OBJECTIVES = ("ism-bin", "ism-sampled")
 MODEL_NAMES = ("ameegc2", "ameegc2-exact", "emor2", "emor4", "emor2-left-out", "emor4-left-out")
-METHODS = tuple(f"{objective}/{model}" for objective in OBJECTIVES for model in MODEL_NAMES)
+SEARCHES = tuple(f"{objective}/{model}" for objective in OBJECTIVES for model in MODEL_NAMES)
+"""Methods of the paper."""
+LIKELIHOODS = ("nlf/default", "likelihood/default", "likelihood/dark", "likelihood/ameegc2-exact")
+"""Ours; dark has two frames with the lens covered besides. Their prior of any curve is made
+without the camera under test."""
+METHODS = SEARCHES + LIKELIHOODS
+N_DARK, DARK_SIZE = 2, (450, 800)
+"""Dark frames, and rows and columns of them: a quarter of a frame has enough pixels."""
 ROUNDS, ITERATIONS = 15, 10
 """Of the paper: rounds of a search over the noise and one over the curve, iterations of each."""
 _GREEN = 1
@@ -180,9 +196,13 @@ class Outcome:
     floor_8bit: float
     """Recovered U and V."""
     values: tuple[float, ...]
-    """Objective at the start and after each round."""
-    evaluations: int
+    """Objective at the start and after each round; none without rounds."""
+    evaluations: int | None
+    """Of the objective, where there is a search for its maximum."""
     seconds: float
+    covered: tuple[float, float] | None = None
+    """Share of the levels whose true irradiance lies within one and two deviations of the
+    estimated, where the method tells deviations."""
 
     @property
     def infeasible(self) -> bool:
@@ -197,6 +217,9 @@ class CaseResult:
     case: NoiseCase
     outcomes: dict[str, Outcome]
     """By method."""
+    bound: float
+    """Least RMSE that an estimate of any curve can have on these pairs: see
+    `chartless.information.free_bound`."""
 
 
 def run(
@@ -257,7 +280,11 @@ def run(
         on_case=on_case,
     )
     results = [
-        CaseResult(case, {name: _outcome(content) for name, content in result.items()})
+        CaseResult(
+            case,
+            {name: _outcome(content) for name, content in result["outcomes"].items()},
+            result["bound"],
+        )
         for case, result in zip(cases, recorded.values(), strict=True)
     ]
     _write_cases(output / "cases.csv", dorf, results)
@@ -270,7 +297,10 @@ def summarize(results: list[CaseResult]) -> JsonObject:
     ``seconds`` is null: no two runs take the same time, and equal runs are to give equal
     summaries. See `timing`.
     """
-    return {"noise": {method: _statistics(method, results) for method in METHODS}}
+    return {
+        "noise": {method: _statistics(method, results) for method in METHODS},
+        "bound": float(np.median([result.bound for result in results])),
+    }
 
 
 def timing(results: list[CaseResult]) -> JsonObject:
@@ -283,23 +313,37 @@ def timing(results: list[CaseResult]) -> JsonObject:
     }
 
 
+def curve_prior(dorf: Dorf, row: int) -> CurvePrior:
+    """Prior of any curve, of the distinct measured ones but those of the camera of `row`."""
+    kept = dorf.left_out(row)
+    others = [other for other in dorf.distinct if kept[other]]
+    return log_slope_basis(dorf.irradiance, dorf.curves[others], len(others)).prior()
+
+
 def methods_for(
     dorf: Dorf, row: int, methods: Iterable[str] = METHODS
-) -> Iterator[tuple[str, SimilaritySearch]]:
+) -> Iterator[tuple[str, AbstractCalibrator]]:
     """Name and calibrator of each method, where the response in `row` is under test."""
     basis = principal_basis(dorf.curves[dorf.left_out(row)])
+    prior = curve_prior(dorf, row)
     for method in methods:
-        objective, name = method.split("/")
-        yield (
-            method,
-            SimilaritySearch(
-                model=_model(name, basis),
-                objective=objective.removeprefix("ism-"),
-                rounds=ROUNDS,
-                iterations=ITERATIONS,
-                tolerance=0.0,
-            ),
-        )
+        kind, name = method.split("/")
+        if kind == "nlf":
+            yield method, NoiseLevelSearch(prior=prior)
+        elif kind == "likelihood":
+            family = None if name in ("default", "dark") else MODELS[name]
+            yield method, LikelihoodSearch(model=family, prior=prior)
+        else:
+            yield (
+                method,
+                SimilaritySearch(
+                    model=_model(name, basis),
+                    objective=kind.removeprefix("ism-"),
+                    rounds=ROUNDS,
+                    iterations=ITERATIONS,
+                    tolerance=0.0,
+                ),
+            )
 
 
 def search(calibrator: SimilaritySearch, table: Cooccurrence, truth: SampledCurve) -> Outcome:
@@ -319,14 +363,57 @@ def search(calibrator: SimilaritySearch, table: Cooccurrence, truth: SampledCurv
     )
 
 
+def estimate(
+    calibrator: AbstractCalibrator,
+    table: Cooccurrence,
+    truth: SampledCurve,
+    *,
+    n_frames: int = 2,
+    dark: Counts | None = None,
+) -> Outcome:
+    """Run a method that tells deviations and compare curve and deviations with the truth."""
+    begun = time.perf_counter()
+    response = calibrator.calibrate(table, n_frames=n_frames, dark=dark)
+    seconds = time.perf_counter() - begun
+    inner = slice(1, -1)  # the ends are known
+    brightness = np.arange(table.n_levels) / (table.n_levels - 1)
+    away = np.abs(response.inverse_lut - truth.inverse(brightness))[inner]
+    deviations = np.zeros(away.size)
+    if response.inverse_lut_std is not None:
+        deviations = response.inverse_lut_std[inner]
+    return Outcome(
+        rmse=rmse(response.curve, truth),
+        variation=float(np.abs(np.diff(response.response_lut)).sum()),
+        slope_8bit=response.noise.slope_8bit,
+        floor_8bit=response.noise.floor_8bit,
+        values=(),
+        evaluations=None,
+        seconds=seconds,
+        covered=(float(np.mean(away < deviations)), float(np.mean(away < 2 * deviations))),
+    )
+
+
 def _case(case: NoiseCase, path: Path, dorf: Dorf, methods: tuple[str, ...]) -> JsonObject:
     truth = true_curve(dorf.irradiance, dorf.curves[case.row])
-    first, second = simulate_frames(read_scene(path), truth, case.noise, seed=case.seed)
+    scene = read_scene(path)
+    first, second = simulate_frames(scene, truth, case.noise, seed=case.seed)
     table = Cooccurrence.of_pair(first, second)
-    return {
-        method: asdict(search(calibrator, table, truth))
-        for method, calibrator in methods_for(dorf, case.row, methods)
-    }
+    black = np.zeros(DARK_SIZE)
+    covered = simulate_frames(black, truth, case.noise, n_frames=N_DARK, seed=case.seed + 1)
+    dark = np.sum([np.bincount(each.ravel(), minlength=256) for each in covered], axis=0)
+    outcomes = {}
+    for method, calibrator in methods_for(dorf, case.row, methods):
+        if isinstance(calibrator, SimilaritySearch):
+            outcome = search(calibrator, table, truth)
+        else:
+            outcome = estimate(
+                calibrator, table, truth, dark=dark if method.endswith("/dark") else None
+            )
+        outcomes[method] = asdict(outcome)
+    edges = truth.inverse(bin_edges(256)[1:-1])
+    prior = curve_prior(dorf, case.row)
+    bound = free_bound(edges, case.noise, scene, table.n_pairs, prior)
+    return {"outcomes": outcomes, "bound": bound}
 
 
 def _model(name: str, basis: Basis) -> AbstractModel:
@@ -337,7 +424,8 @@ def _model(name: str, basis: Basis) -> AbstractModel:
 
 def _outcome(content: Mapping[str, object]) -> Outcome:
     outcome = Outcome(**content)  # type: ignore[arg-type]
-    return replace(outcome, values=tuple(outcome.values))
+    covered = None if outcome.covered is None else (outcome.covered[0], outcome.covered[1])
+    return replace(outcome, values=tuple(outcome.values), covered=covered)
 
 
 def _statistics(method: str, results: list[CaseResult]) -> JsonObject:
@@ -359,17 +447,24 @@ def _statistics(method: str, results: list[CaseResult]) -> JsonObject:
         "mean": float(rmse.mean()),
         "p90": float(np.quantile(rmse, 0.9)),
         "infeasible": sum(outcome.infeasible for outcome in outcomes),
-        "evaluations": float(np.mean([outcome.evaluations for outcome in outcomes])),
+        "evaluations": _mean([outcome.evaluations for outcome in outcomes]),
         "slope_ratio": float(np.median(slopes)),
         "floor_ratio": float(np.median(floors)),
+        "within_1": _mean([outcome.covered and outcome.covered[0] for outcome in outcomes]),
+        "within_2": _mean([outcome.covered and outcome.covered[1] for outcome in outcomes]),
         "seconds": None,
     }
+
+
+def _mean(values: list[Any]) -> float | None:
+    return None if None in values else float(np.mean(values))
 
 
 def _write_cases(path: Path, dorf: Dorf, results: list[CaseResult]) -> None:
     header = (
         "case", "scene", "U", "V", "row", "response", "method", "rmse", "total_variation",
-        "infeasible", "U_found", "V_found", "objective", "evaluations", "seconds",
+        "infeasible", "U_found", "V_found", "objective", "evaluations", "within_1", "within_2",
+        "seconds",
     )  # fmt: skip
     write_csv(
         path,
@@ -388,8 +483,12 @@ def _write_cases(path: Path, dorf: Dorf, results: list[CaseResult]) -> None:
                 int(outcome.infeasible),
                 f"{outcome.slope_8bit:.6f}",
                 f"{outcome.floor_8bit:.4f}",
-                f"{outcome.values[-1]:.8g}",
-                outcome.evaluations,
+                f"{outcome.values[-1]:.8g}" if outcome.values else "",
+                "" if outcome.evaluations is None else outcome.evaluations,
+                *(
+                    "" if outcome.covered is None else f"{share:.4f}"
+                    for share in outcome.covered or (None, None)
+                ),
                 f"{outcome.seconds:.3f}",
             )
             for result in results

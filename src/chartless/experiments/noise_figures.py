@@ -11,14 +11,15 @@ from chartless.experiments.noise import (
     INFEASIBLE,
     LEAST_SIZE,
     LEFT_OUT,
+    LIKELIHOODS,
     MODEL_NAMES,
     OBJECTIVES,
     CaseResult,
     Outcome,
 )
-from chartless.experiments.noise_sweeps import FACTORS, Camera, SweepPoint
+from chartless.experiments.noise_sweeps import FACTORS, METHODS, Camera, SweepPoint
 from chartless.images import read_values
-from chartless.plotting import BLUE, DARK, GREEN, ORANGE, VERMILION
+from chartless.plotting import BLUE, DARK, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from chartless.types import Floats
 
 _WIDTH = 8.5  # inches; letters of 10 points are 8 points high in print, 17 cm wide
@@ -28,6 +29,19 @@ _LINES = {
     "emor2": (ORANGE, "-"),
     "emor4": (VERMILION, "-"),
 }
+_COMPARED = {
+    "ism-bin/emor4": (VERMILION, "-"),
+    "ism-bin/ameegc2-exact": (GREEN, "-"),
+    "likelihood/ameegc2-exact": (ORANGE, "-"),
+    "nlf/default": (SKY, "-"),
+    "likelihood/default": (BLUE, "-"),
+    "likelihood/dark": (PURPLE, "-"),
+}
+_BOUNDS = {
+    METHODS[0]: "Cramér–Rao bound in the family",
+    METHODS[1]: "Cramér–Rao bound, any curve",
+}
+_NORMAL_SHARES = (0.683, 0.954)
 _THUMBNAIL = 4  # every so many pixels
 _BINS = np.geomspace(1e-3, 10**0.5, 36)
 _TITLES = {"ism-bin": "levels integrated over their bins", "ism-sampled": "sampled at the levels"}
@@ -138,19 +152,48 @@ def _draw_errors(axes: Axes, method: str, results: list[CaseResult], **style: st
     return float(np.median(rmse))
 
 
+def likelihood_figure(results: list[CaseResult]) -> Figure:
+    """Errors of the methods beside the bound, and whether their deviations hold."""
+    figure = Figure(figsize=(_WIDTH, 3.7), layout="constrained")
+    errors, coverage = figure.subplots(1, 2, width_ratios=(5, 4))
+    share = np.arange(1, len(results) + 1) / len(results)
+    for method, (colour, style) in _COMPARED.items():
+        rmse = [each.rmse for each in outcomes_of(method, results)]
+        errors.plot(np.sort(rmse), share, style, color=colour, label=method)
+    bounds = np.sort([result.bound for result in results])
+    errors.plot(bounds, share, "--", color=DARK, label="Cramér–Rao bound, any curve")
+    errors.set_xscale("log")
+    errors.set(xlabel="RMSE in brightness", ylabel="share of cases below", ylim=(0, 1))
+    errors.legend(frameon=False, fontsize="small")
+    for place, method in enumerate(LIKELIHOODS):
+        covered = np.array([each.covered for each in outcomes_of(method, results)]).mean(axis=0)
+        bars = coverage.barh([place - 0.18, place + 0.18], covered, 0.34, color=[SKY, BLUE])
+        coverage.bar_label(bars, fmt="%.2f", padding=2, fontsize="small")
+    for expected, colour in zip(_NORMAL_SHARES, (SKY, BLUE), strict=True):
+        coverage.axvline(expected, color=colour, linestyle=":")
+    coverage.set(
+        xlabel="share of levels with the truth within\n1 (light) or 2 deviations; dotted: normal",
+        xlim=(0, 1.12),
+        yticks=range(len(LIKELIHOODS)),
+        yticklabels=LIKELIHOODS,
+    )
+    coverage.invert_yaxis()
+    return figure
+
+
 def sweeps_figure(points: list[SweepPoint]) -> Figure:
-    """Error against each property of the frames, with the bound of the same pairs dashed."""
-    figure = Figure(figsize=(_WIDTH, 5.6), layout="constrained")
+    """Error against each property of the frames, with the bounds of the same pairs dashed."""
+    figure = Figure(figsize=(_WIDTH, 6.0), layout="constrained")
     panels = figure.subplots(2, 3, sharey=True)
     for axes, (factor, (label, values)) in zip(panels.flat, FACTORS.items(), strict=True):
         own = [point for point in points if point.factor == factor]
         places = np.arange(len(values))
-        rmse = np.array([point.rmse for point in own])  # (values, cases)
-        lines = axes.plot(places, rmse, color=GREEN, linewidth=0.8, alpha=0.5)
-        lines[0].set_label("each case")
-        axes.plot(places, np.median(rmse, axis=1), "o-", color=GREEN, linewidth=2, label="median")
-        bounds = [float(np.median(point.bound)) for point in own]
-        axes.plot(places, bounds, "--", color=DARK, label="Cramér–Rao bound, median")
+        for method, colour in zip(METHODS, (GREEN, BLUE), strict=True):
+            rmse = np.array([point.rmse[method] for point in own])  # (values, cases)
+            axes.plot(places, rmse, color=colour, linewidth=0.6, alpha=0.4)
+            axes.plot(places, np.median(rmse, axis=1), "o-", color=colour, label=method)
+            bounds = [float(np.median(point.bound[method])) for point in own]
+            axes.plot(places, bounds, "--", color=colour, label=f"{_BOUNDS[method]}")
         axes.set(
             xlabel=label, yscale="log", xticks=places,
             xticklabels=[_tick(factor, value) for value in values],
@@ -159,10 +202,10 @@ def sweeps_figure(points: list[SweepPoint]) -> Figure:
     for axes in panels[:, 0]:
         axes.set_ylabel("RMSE in brightness")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
-    n_cases, reference = len(points[0].rmse), Camera()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
+    n_cases, reference = len(points[0].rmse[METHODS[0]]), Camera()
     figure.suptitle(
-        f"ism-bin/ameegc2-exact, {n_cases} cases; one factor at a time, "
+        f"{n_cases} cases, thick their median; one factor at a time, "
         f"the others being {reference.frames} frames,\n"
         f"{LEAST_SIZE[1]} × {LEAST_SIZE[0]}, U = {reference.slope_8bit:g}, "
         f"V = {reference.floor_8bit:g}, {reference.bits} bits, no JPEG",

@@ -1,8 +1,9 @@
 """How the error of calibration depends on the frames: what the paper does not show.
 
-One factor at a time is moved away from a reference camera, with the exact AMEEGC and the
-binned similarity; beside the error stands the Cramér–Rao bound of the same pairs, for the
-member of the family nearest to the true response.
+One factor at a time is moved away from a reference camera, with the paper's method (exact
+AMEEGC, binned similarity) and with the likelihood of any curve. Beside each stands the
+Cramér–Rao bound of the same pairs: for the member of the family nearest to the true response,
+and for any curve.
 """
 
 from collections.abc import Iterator
@@ -14,15 +15,17 @@ from pathlib import Path
 import numpy as np
 
 from chartless._version import __version__
-from chartless.calibrators.similarity_search import SimilaritySearch
-from chartless.cooccurrence import MAX_LEVELS, Cooccurrence, level_table
+from chartless.calibrators import LikelihoodSearch, SimilaritySearch
+from chartless.cooccurrence import Cooccurrence, level_table
 from chartless.datasets import Dorf
 from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
 from chartless.experiments.noise import (
     ITERATIONS,
     ROUNDS,
     NoiseCase,
+    curve_prior,
     draw_cases,
+    estimate,
     read_scene,
     scene_files,
     scenes_of,
@@ -31,11 +34,14 @@ from chartless.experiments.noise import (
 )
 from chartless.fitting import fit
 from chartless.images import through_jpeg
-from chartless.information import pair_bound
+from chartless.information import free_bound, pair_bound
+from chartless.log_slopes import N_BINS, bin_edges
 from chartless.models import AmeegcExact
 from chartless.noise import AffineNoise
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, JsonObject, Levels
+
+METHODS = ("ism-bin/ameegc2-exact", "likelihood/default")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +63,7 @@ FACTORS: dict[str, tuple[str, tuple[float | None, ...]]] = {
     "frames": ("frames", (2, 4, 8, 16)),
     "slope_8bit": ("U, noise slope (8-bit levels)", (0.01, 0.02, 0.04, 0.06, 0.12)),
     "floor_8bit": ("V, noise floor (8-bit levels²)", (4.0, 9.0, 16.0, 25.0, 49.0)),
-    "bits": ("bits (at most 1024 levels)", (8, 10, 12)),
+    "bits": ("bits (counted at 256 levels)", (8, 10, 12)),
     "quality": ("JPEG quality (bound: without JPEG)", (85, 95, 100, None)),
 }
 """By field of `Camera`: what it is called on an axis, and the values it takes."""
@@ -69,10 +75,10 @@ class SweepPoint:
 
     factor: str
     value: float | None
-    rmse: Floats
-    """Of each case, shape (B,)."""
-    bound: Floats
-    """Cramér–Rao bound of each case, shape (B,)."""
+    rmse: dict[str, Floats]
+    """Of each case, shape (B,), by method."""
+    bound: dict[str, Floats]
+    """Cramér–Rao bound of each case, shape (B,), by method."""
 
 
 def run(
@@ -100,8 +106,7 @@ def run(
                 case,
                 camera,
                 files[0].parent / case.scene,
-                dorf.irradiance,
-                dorf.curves[case.row],
+                dorf,
             )
             for _, _, camera in named  # the reference, in every factor, runs once
             for case in drawn
@@ -117,7 +122,10 @@ def run(
     points = []
     for factor, value, camera in named:
         own = [results[_name(camera, case)] for case in drawn]
-        rmse, bound = (np.array([each[what] for each in own]) for what in ("rmse", "bound"))
+        rmse, bound = (
+            {method: np.array([each[what][method] for each in own]) for method in METHODS}
+            for what in ("rmse", "bound")
+        )
         points.append(SweepPoint(factor, value, rmse, bound))
     return points
 
@@ -127,11 +135,14 @@ def summarize(points: list[SweepPoint]) -> JsonObject:
     content: JsonObject = {}
     for point in points:
         content.setdefault(point.factor, {})[str(point.value)] = {
-            "cases": len(point.rmse),
-            "median": float(np.median(point.rmse)),
-            "q25": float(np.quantile(point.rmse, 0.25)),
-            "q75": float(np.quantile(point.rmse, 0.75)),
-            "bound": float(np.median(point.bound)),
+            method: {
+                "cases": len(point.rmse[method]),
+                "median": float(np.median(point.rmse[method])),
+                "q25": float(np.quantile(point.rmse[method], 0.25)),
+                "q75": float(np.quantile(point.rmse[method], 0.75)),
+                "bound": float(np.median(point.bound[method])),
+            }
+            for method in METHODS
         }
     return {"sweeps": content}
 
@@ -146,29 +157,34 @@ def _points() -> Iterator[tuple[str, float | None, Camera]]:
             yield factor, value, replace(Camera(), **{factor: value})  # type: ignore[arg-type]
 
 
-def _case(
-    case: NoiseCase, camera: Camera, path: Path, irradiance: Floats, brightness: Floats
-) -> JsonObject:
+def _case(case: NoiseCase, camera: Camera, path: Path, dorf: Dorf) -> JsonObject:
+    irradiance, brightness = dorf.irradiance, dorf.curves[case.row]
     truth = true_curve(irradiance, brightness)
     noise = AffineNoise.from_8bit(camera.slope_8bit, camera.floor_8bit)
     scene = read_scene(path)[:: camera.stride, :: camera.stride]
-    n_levels = min(1 << camera.bits, MAX_LEVELS)
     frames = simulate_frames(
         scene, truth, noise, n_frames=camera.frames, bit_depth=camera.bits, seed=case.seed
     )
-    table = Cooccurrence.zeros(n_levels)
-    for first, second in pairwise(_stored(each, camera, n_levels) for each in frames):
-        table += Cooccurrence.of_pair(first, second, n_levels=n_levels)
-    calibrator = SimilaritySearch(rounds=ROUNDS, iterations=ITERATIONS, tolerance=0.0)
+    table = Cooccurrence.zeros()
+    for first, second in pairwise(_stored(each, camera) for each in frames):
+        table += Cooccurrence.of_pair(first, second)
+    prior = curve_prior(dorf, case.row)
+    similarity = SimilaritySearch(rounds=ROUNDS, iterations=ITERATIONS, tolerance=0.0)
+    likelihood = LikelihoodSearch(prior=prior)
     nearest = fit(AmeegcExact(), irradiance, brightness)
-    bound = pair_bound(
-        AmeegcExact(), nearest.parameters, noise, scene, table.n_pairs, n_levels=n_levels
-    )
-    return {"rmse": search(calibrator, table, truth).rmse, "bound": bound.rmse}
+    of_family = pair_bound(AmeegcExact(), nearest.parameters, noise, scene, table.n_pairs)
+    edges = truth.inverse(bin_edges(table.n_levels)[1:-1])
+    of_any = free_bound(edges, noise, scene, table.n_pairs, prior)
+    found = estimate(likelihood, table, truth, n_frames=camera.frames)
+    rmse = (search(similarity, table, truth).rmse, found.rmse)
+    return {
+        "rmse": dict(zip(METHODS, rmse, strict=True)),
+        "bound": dict(zip(METHODS, (of_family.rmse, of_any), strict=True)),
+    }
 
 
-def _stored(levels: Levels, camera: Camera, n_levels: int) -> Levels:
-    """Levels as they come back from a file, reduced to as many as a table holds."""
+def _stored(levels: Levels, camera: Camera) -> Levels:
+    """Levels as they come back from a file, reduced to 256, as `chartless.calibrate` does."""
     if camera.quality is not None:
         levels = through_jpeg(levels.astype(np.uint8), camera.quality)
-    return level_table(camera.bits, n_levels)[levels] if 1 << camera.bits > n_levels else levels
+    return level_table(camera.bits, N_BINS)[levels]
