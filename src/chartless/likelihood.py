@@ -30,6 +30,8 @@ from chartless.types import Counts, Floats
 _LEAST = 1e-14
 # A node has no part in levels that it shows less often than this.
 _NO_PART = 1e-9
+# Nodes of the scene lie no further apart than this part of the least noise, √v.
+_SPACING, _MOST_NODES = 0.67, 512
 SCENE_NODES = 128
 """Nodes of a scene, at least."""
 SCENE_STEP = 0.5
@@ -280,6 +282,30 @@ class PairModel:
         gradient[where] += change.T @ (counts / self.dark)
         relative = change / self.dark[:, np.newaxis]
         information[where, where] += counts.sum() * change.T @ relative
+
+
+def even_scene(noise: AffineNoise) -> Scene:
+    """Scene of equal weights, at nodes fine enough for the noise."""
+    wanted = int(np.ceil(1 / (_SPACING * np.sqrt(noise.floor))))
+    n_nodes = min(max(SCENE_NODES, wanted), _MOST_NODES)
+    return Scene(np.linspace(0, 1, n_nodes), np.zeros(n_nodes))
+
+
+def with_scene(edges: Floats, noise: AffineNoise, counts: PairCounts, steps: int) -> PairModel:
+    """Model of a curve and noise with the scene that the counts ask for.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (L − 1,)
+    noise : AffineNoise
+    counts : PairCounts
+    steps : int
+        Of expectation maximisation, from an even scene.
+    """
+    model = PairModel(edges, noise, even_scene(noise))
+    for _ in range(steps):
+        model = PairModel(edges, noise, model.improved_scene(counts))
+    return model
 
 
 def _mean_deviance(expected: Floats) -> Floats:

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from chartless.likelihood import SCENE_NODES, PairCounts, PairModel, Scene
+from chartless.likelihood import PairCounts, PairModel, Scene, with_scene
 from chartless.log_slopes import CurvePrior, bin_edges, irradiance_at_edges
 from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, AffineNoise
-from chartless.types import Floats
+from chartless.types import Floats, Indices
 
 _ROUNDS = 4
 _FEWEST = 50  # pairs at a level
@@ -24,9 +24,7 @@ _MISFIT = 0.15  # deviation of ln σ from the model beyond chance
 _ROUNDING = 0.15  # the same, in levels, by what is left of rounding
 _FLOOR_SPREAD = 2.0  # prior deviation of ½ ln v
 _FURTHEST = 3.0  # of ½ ln v from its prior
-# Nodes of the scene lie no further apart than this part of the least noise, √v.
-_SPACING, _MOST_NODES = 0.67, 512
-_SCENE_STEPS = 4  # of expectation maximisation
+_SCENE_STEPS = 3  # of expectation maximisation
 _MANY = 1e6  # pairs that a model's table stands for
 
 
@@ -37,13 +35,27 @@ class NoiseLevelFit(NamedTuple):
     """Most probable, shape (L,)."""
     log_floor: float
     """ln v."""
-    covariance: Floats
-    """Of the log slopes, shape (L, L)."""
+    prior: CurvePrior
+    used: Indices
+    """Levels whose noise was used, shape (U,)."""
+    gain: tuple[Floats, bool]
+    """Cholesky factor of the covariance of what was seen at these levels, and "lower"."""
 
     @property
     def edges(self) -> Floats:
         """Irradiance between the levels, shape (L − 1,)."""
         return irradiance_at_edges(self.log_slopes)[1:-1]
+
+    def noise(self, ratio: float) -> AffineNoise:
+        """Noise with u = r v."""
+        floor = float(np.exp(self.log_floor))
+        return AffineNoise(ratio * floor, floor)
+
+    @property
+    def covariance(self) -> Floats:
+        """Of the log slopes, shape (L, L)."""
+        known = self.prior.covariance[:, self.used]
+        return np.asarray(self.prior.covariance - known @ cho_solve(self.gain, known.T))
 
 
 def noise_levels(pairs: Floats) -> tuple[Floats, Floats]:
@@ -125,9 +137,7 @@ def fit_noise_levels(
     half_floor = np.clip(
         half_floor - scale, 0.5 * log_floor - _FURTHEST, 0.5 * log_floor + _FURTHEST
     )
-    known = prior.covariance[:, used]
-    covariance = prior.covariance - known @ cho_solve(gain, known.T)
-    return NoiseLevelFit(slopes - scale, 2 * float(half_floor), covariance)
+    return NoiseLevelFit(slopes - scale, 2 * float(half_floor), prior, used, gain)
 
 
 def noise_level_start(
@@ -139,23 +149,10 @@ def noise_level_start(
     the variance, given the histogram of the scene; the second allows for it.
     """
     first = fit_noise_levels(counts.pairs, prior, ratio)
-    model = _model(first, ratio, _even_scene(first.log_floor))
-    for _ in range(_SCENE_STEPS):
-        model = PairModel(model.edges, model.noise, model.improved_scene(counts))
+    model = with_scene(first.edges, first.noise(ratio), counts, _SCENE_STEPS)
     fit = fit_noise_levels(counts.pairs, prior, ratio, seen_share=_seen_share(model))
-    scene = _model(fit, ratio, model.scene).improved_scene(counts)
+    scene = PairModel(fit.edges, fit.noise(ratio), model.scene).improved_scene(counts)
     return fit, Scene(scene.nodes, scene.log_weights - scene.log_weights.mean())
-
-
-def _model(fit: NoiseLevelFit, ratio: float, scene: Scene) -> PairModel:
-    floor = float(np.exp(fit.log_floor))
-    return PairModel(fit.edges, AffineNoise(ratio * floor, floor), scene)
-
-
-def _even_scene(log_floor: float) -> Scene:
-    wanted = int(np.ceil(np.exp(-0.5 * log_floor) / _SPACING))
-    n_nodes = min(max(SCENE_NODES, wanted), _MOST_NODES)
-    return Scene(np.linspace(0, 1, n_nodes), np.zeros(n_nodes))
 
 
 def _seen_share(model: PairModel) -> Floats:

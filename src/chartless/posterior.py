@@ -10,7 +10,7 @@ more than `RIDGE_PAIRS` pairs: what tells ratios apart is how sharply the histog
 rises and falls, and scenes are not as the model takes them, however many pixels there are.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -316,7 +316,13 @@ class Posterior:
     """Of the modes along the ridge that of highest evidence."""
 
 
-def integrated(modes: list[Mode], space: AbstractCurveSpace, share: float) -> Posterior:
+def integrated(
+    modes: list[Mode],
+    space: AbstractCurveSpace,
+    share: float,
+    *,
+    others: Sequence[list[Mode]] = (),
+) -> Posterior:
     """Posterior mean and deviations over modes along the ridge, each by its evidence.
 
     Parameters
@@ -325,6 +331,8 @@ def integrated(modes: list[Mode], space: AbstractCurveSpace, share: float) -> Po
     space : AbstractCurveSpace
     share : float
         Weight of the pairs' evidence, see `ridge_share`.
+    others : sequence of lists of Mode, optional
+        Of other channels with the same ratio of the noise parameters: their pairs tell it too.
     """
     log_ratios = np.log([mode.ratio for mode in modes])
     evidence = np.array([_weighted(mode, share) for mode in modes])
@@ -338,6 +346,8 @@ def integrated(modes: list[Mode], space: AbstractCurveSpace, share: float) -> Po
         pieces = [np.linspace(*ends, _FINE, endpoint=False) for ends in pairwise(log_ratios)]
         fine = np.concatenate([*pieces, log_ratios[-1:]])
         evidence = PchipInterpolator(log_ratios, evidence)(fine)
+        for each in others:
+            evidence += _told_of_ratio(each, share, fine)
         share_of_mode = np.array([np.interp(fine, log_ratios, one) for one in np.eye(len(modes))])
         # Between modes the warp of each neighbour is nearly right: take of both by distance.
         curves = np.zeros((fine.size, best.edges.size + 1))
@@ -361,6 +371,16 @@ def integrated(modes: list[Mode], space: AbstractCurveSpace, share: float) -> Po
     away = log_noise - centre
     covariance = (away * weights[:, np.newaxis]).T @ away + weights @ floor_variances
     return Posterior(mean, np.sqrt(variance), centre, covariance, best)
+
+
+def _told_of_ratio(modes: list[Mode], share: float, log_ratios: Floats) -> Floats:
+    """What the pairs of a channel tell of the ratio, without the prior; flat beyond its modes."""
+    known = np.log([mode.ratio for mode in modes])
+    told = np.array([share * (mode.log_evidence - mode.known) for mode in modes])
+    if len(modes) == 1:
+        return np.zeros(log_ratios.size)
+    within = np.clip(log_ratios, known[0], known[-1])
+    return np.asarray(PchipInterpolator(known, told - told.max())(within))
 
 
 def at_levels(edges: Floats) -> Floats:

@@ -5,6 +5,7 @@ import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy.typing as npt
 
 from chartless._version import __version__
 from chartless.calibration import Calibration
-from chartless.calibrators import CALIBRATORS, AbstractCalibrator
+from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
 from chartless.evidence import NoiseEvidence, dark_histograms, noise_evidence
 from chartless.frame import Frame
@@ -37,6 +38,7 @@ def calibrate(
     n_levels: int = 256,
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
     dark: Sequence[str | os.PathLike[str] | Levels] = (),
+    shared_noise: bool = False,
     jobs: int = 1,
     scheduler: str | None = None,
     progress: Progress | None = None,
@@ -63,6 +65,9 @@ def calibrate(
     dark : sequence of paths or of ndarray
         Frames of the same camera with the same settings and the lens covered. They tell the
         noise at black, which is what the others know least.
+    shared_noise : bool
+        Whether all channels have one ratio of the noise parameters, as those of a sensor have
+        before white balance; method likelihood only.
     jobs : int
         Processes that read files. The result does not depend on it.
     scheduler : str, optional
@@ -99,6 +104,7 @@ def calibrate(
     np.True_
     """
     calibrator = _calibrator(method, model, settings)
+    joint = _joint(calibrator) if shared_noise else None
     evidence = _evidence(
         frames,
         progress,
@@ -129,7 +135,16 @@ def calibrate(
 
     # One after the other: NumPy's steps on tables are so short that threads get in each
     # other's way, and the whole takes longer.
-    responses = tuple(estimate(place, name) for place, name in enumerate(evidence.tables))
+    if joint is not None:
+        responses = joint.calibrate_together(
+            evidence.tables,
+            n_frames=evidence.n_frames,
+            dark=dark_levels,
+            progress=None if progress is None else partial(progress, "estimating"),
+        )
+        responses = tuple(each.with_flags(*doubts[each.name]) for each in responses)
+    else:
+        responses = tuple(estimate(place, name) for place, name in enumerate(evidence.tables))
     return Calibration(
         channels=responses,
         bit_depth=evidence.bit_depth,
@@ -145,6 +160,7 @@ def calibrate(
                 "channels": channels,
                 "levels": n_levels,
                 "dark": [str(item) if not _is_array(item) else "array" for item in dark],
+                "shared_noise": shared_noise,
                 "mask": None if mask is None else "array" if _is_array(mask) else str(mask),
                 **calibrator.settings,
             },
@@ -171,6 +187,13 @@ def _calibrator(method: str, model: str | None, settings: JsonObject) -> Abstrac
         msg = "nlf estimates any curve and takes no family: leave --model away"
         raise ParameterError(msg)
     return make(model=family, **settings)
+
+
+def _joint(calibrator: AbstractCalibrator) -> LikelihoodSearch:
+    if not isinstance(calibrator, LikelihoodSearch):
+        msg = "only the method likelihood estimates channels together: leave --shared-noise away"
+        raise ParameterError(msg)
+    return calibrator
 
 
 def _is_array(item: object) -> bool:

@@ -1,5 +1,6 @@
 """The exact likelihood of level pairs: any curve or a family, the noise ratio integrated out."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -20,7 +21,7 @@ from chartless.noise_level import noise_level_start
 from chartless.posterior import (
     PAIR_WEIGHT,
     RATIOS,
-    Posterior,
+    Mode,
     State,
     integrated,
     ridge,
@@ -35,14 +36,11 @@ _POOR = 1.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """What a search over a table found, and nothing judged."""
+    """The ridge of one channel, and nothing judged."""
 
-    posterior: Posterior
+    counts: PairCounts
     space: AbstractCurveSpace
-    deviance: float
-    """Of the pairs against the saturated model, as a multiple of what chance gives."""
-    settled: bool
-    steps: int
+    modes: list[Mode]
 
 
 @final
@@ -91,11 +89,90 @@ class LikelihoodSearch(AbstractCalibrator):
         progress: ChannelProgress | None = None,
     ) -> Response:
         found = self.search(table, n_frames=n_frames, dark=dark, progress=progress)
-        posterior = found.posterior
+        return self._response(table, channel, found, [])
+
+    def calibrate_together(
+        self,
+        tables: Mapping[str, Cooccurrence],
+        *,
+        n_frames: int = 2,
+        dark: Mapping[str, Counts] | None = None,
+        progress: ChannelProgress | None = None,
+    ) -> tuple[Response, ...]:
+        """Estimate channels that share the ratio u/v of their noise parameters.
+
+        So they do where they come from one sensor and were not multiplied by different gains:
+        a gain g on the light multiplies u by g and v by g². What the pairs of all channels tell
+        of the ratio is added up.
+
+        Parameters
+        ----------
+        tables : mapping from channel names to Cooccurrence
+        n_frames : int
+        dark : mapping from channel names to ndarray of int64, optional
+        progress : callable, optional
+            As for `calibrate`.
+
+        Returns
+        -------
+        tuple of Response
+            In the order of the tables.
+        """
+        found: dict[str, Found] = {}
+        for place, (name, table) in enumerate(tables.items()):
+
+            def own_progress(share: float, done: int = place) -> None:
+                if progress is not None:
+                    progress((done + share) / len(tables))
+
+            histogram = None if dark is None else dark.get(name)
+            found[name] = self.search(
+                table, n_frames=n_frames, dark=histogram, progress=own_progress
+            )
+        return tuple(
+            self._response(
+                tables[name], name, own, [each.modes for each in found.values() if each is not own]
+            )
+            for name, own in found.items()
+        )
+
+    def search(
+        self,
+        table: Cooccurrence,
+        *,
+        n_frames: int = 2,
+        dark: Counts | None = None,
+        progress: ChannelProgress | None = None,
+    ) -> Found:
+        """Walk the ridge of a table; arguments as for `calibrate`."""
+        prior = self.prior or measured_prior(table.n_levels)
+        counts = PairCounts.of(table, dark=dark, weight=self.weight * independent_share(n_frames))
+        start, scene = noise_level_start(counts, prior)
+        space = self._space(table.n_levels)
+
+        def on_mode(done: int) -> None:
+            if progress is not None:
+                progress(done / len(RATIOS))
+
+        begin = State(space.nearest(start.edges), start.log_floor, scene)
+        modes = ridge(counts, space, begin, on_mode=on_mode)
+        if progress is not None:
+            progress(1.0)
+        return Found(counts, space, modes)
+
+    def _response(
+        self, table: Cooccurrence, channel: str, found: Found, others: list[list[Mode]]
+    ) -> Response:
+        share = ridge_share(found.counts)
+        posterior = integrated(found.modes, found.space, share, others=others)
+        best = posterior.best
+        model = PairModel(best.edges, best.noise, best.state.scene)
+        deviance = model.relative_deviance(found.counts)
+        settled = all(mode.settled for mode in found.modes)
         curve: AbstractCurve = SampledCurve.from_inverse(posterior.inverse)
-        if isinstance(found.space, FamilyCurve) and self.model is not None:
-            parameters = found.space.parameters(posterior.best.state.coordinates)
-            curve = ModelCurve(self.model.name, tuple(map(float, parameters)))
+        if isinstance(found.space, FamilyCurve):
+            parameters = found.space.parameters(best.state.coordinates)
+            curve = ModelCurve(found.space.model.name, tuple(map(float, parameters)))
         slope, floor = np.exp(posterior.log_noise)
         response = Response(
             name=channel,
@@ -106,51 +183,19 @@ class LikelihoodSearch(AbstractCalibrator):
             observed_levels=table.observed_levels,
             n_pairs=table.n_pairs,
             method="likelihood",
-            status=Status.CONVERGED if found.settled else Status.LIMIT_REACHED,
-            deviance=found.deviance,
-            log_evidence=posterior.best.log_evidence,
-            inverse_lut_std=posterior.inverse_std,
+            status=Status.CONVERGED if settled else Status.LIMIT_REACHED,
+            deviance=deviance,
+            log_evidence=best.log_evidence,
+            # A misfit is noise that the model does not know.
+            inverse_lut_std=posterior.inverse_std * np.sqrt(max(1.0, deviance)),
             table=table,
         )
         doubts = (
-            (Flag.MISFIT, found.deviance > _POOR),
-            (Flag.SEARCH_UNFINISHED, not found.settled),
+            (Flag.MISFIT, deviance > _POOR),
+            (Flag.SEARCH_UNFINISHED, not settled),
             (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
         )
         return response.with_flags(*(flag for flag, holds in doubts if holds))
-
-    def search(
-        self,
-        table: Cooccurrence,
-        *,
-        n_frames: int = 2,
-        dark: Counts | None = None,
-        progress: ChannelProgress | None = None,
-    ) -> Found:
-        """Posterior of a table, and nothing judged; arguments as for `calibrate`."""
-        prior = self.prior or measured_prior(table.n_levels)
-        counts = PairCounts.of(table, dark=dark, weight=self.weight * independent_share(n_frames))
-        start, scene = noise_level_start(counts, prior)
-        space = self._space(table.n_levels)
-
-        def on_mode(done: int) -> None:
-            if progress is not None:
-                progress(done / (len(RATIOS) + 1))
-
-        begin = State(space.nearest(start.edges), start.log_floor, scene)
-        modes = ridge(counts, space, begin, on_mode=on_mode)
-        posterior = integrated(modes, space, ridge_share(counts))
-        best = posterior.best
-        model = PairModel(best.edges, best.noise, best.state.scene)
-        if progress is not None:
-            progress(1.0)
-        return Found(
-            posterior=posterior,
-            space=space,
-            deviance=model.relative_deviance(counts),
-            settled=all(mode.settled for mode in modes),
-            steps=sum(mode.steps for mode in modes),
-        )
 
     def _space(self, n_levels: int) -> AbstractCurveSpace:
         if self.model is not None:

@@ -13,7 +13,7 @@ from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
 from chartless.likelihood import PairCounts
 from chartless.log_slopes import CurvePrior, measured_prior
-from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
+from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD
 from chartless.noise_level import noise_level_start
 from chartless.posterior import at_levels, deviations_at_levels, warped
 from chartless.response import Response, Status
@@ -61,11 +61,10 @@ class NoiseLevelSearch(AbstractCalibrator):
         within = deviations_at_levels(space.pull(fit.log_slopes), fit.covariance)
         if progress is not None:
             progress(1.0)
-        floor = float(np.exp(fit.log_floor))
         return Response(
             name=channel,
             curve=SampledCurve.from_inverse(inverse),
-            noise=AffineNoise(TYPICAL_RATIO * floor, floor),
+            noise=fit.noise(TYPICAL_RATIO),
             n_levels=table.n_levels,
             observed_levels=table.observed_levels,
             n_pairs=table.n_pairs,

@@ -56,6 +56,13 @@ def calibrate(
             show_default=False,
         ),
     ] = None,
+    shared_noise: Annotated[
+        bool,
+        typer.Option(
+            "--shared-noise",
+            help="Take all channels to have one ratio U/V, as before white balance.",
+        ),
+    ] = False,
     rounds: Annotated[int | None, _search("ism: rounds of the search, at most [15].")] = None,
     iterations: Annotated[
         int | None, _search("ism: iterations in a round, for noise and curve each [10].")
@@ -125,6 +132,7 @@ def calibrate(
             n_levels=levels,
             mask=mask,
             dark=dark or (),
+            shared_noise=shared_noise,
             jobs=jobs,
             scheduler=scheduler,
             progress=progress,

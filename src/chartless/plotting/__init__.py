@@ -18,6 +18,7 @@ from chartless.plotting._style import (
 )
 from chartless.plotting.calibration import (
     draw_cooccurrence,
+    draw_deviations,
     draw_noise,
     draw_response,
     draw_search,
@@ -36,6 +37,7 @@ __all__ = [
     "SKY",
     "VERMILION",
     "draw_cooccurrence",
+    "draw_deviations",
     "draw_fits",
     "draw_noise",
     "draw_response",

@@ -10,10 +10,13 @@ from matplotlib.figure import Figure
 from chartless.calibration import Calibration
 from chartless.cooccurrence import Cooccurrence, noise_level_function
 from chartless.curves import AbstractCurve
+from chartless.likelihood import PairCounts, with_scene
 from chartless.objectives import expected_counts, half_levels
 from chartless.plotting._style import CHANNEL_COLOURS
 from chartless.response import Response, rmse
 from chartless.types import Counts, Floats
+
+_SCENE_STEPS = 15  # of expectation maximisation, for the pairs that a model expects
 
 
 def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) -> Figure:
@@ -28,7 +31,8 @@ def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) ->
     Returns
     -------
     Figure
-        Response; level pairs of the middle channel; noise by level; history of the search.
+        Response; level pairs of the middle channel; noise by level; history of the search or,
+        for methods without one, the deviations of the inverse response.
     """
     figure = Figure(figsize=(11, 8.5), layout="constrained")
     axes = figure.subplots(2, 2)
@@ -37,7 +41,10 @@ def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) ->
     draw_response(axes[0, 0], channels, truth=truth)
     draw_cooccurrence(axes[0, 1], middle)
     draw_noise(axes[1, 0], channels)
-    draw_search(axes[1, 1], channels)
+    if any(response.history is not None for response in channels):
+        draw_search(axes[1, 1], channels)
+    else:
+        draw_deviations(axes[1, 1], channels, truth=truth)
     flags = ", ".join(flag.code for flag in calibration.flags)
     title = f"{channels[0].method}" + (f" — doubtful: {flags}" if flags else "")
     figure.suptitle(f"Camera response by {title}", fontsize=12)
@@ -132,6 +139,32 @@ def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
     axes.legend(frameon=False)
 
 
+def draw_deviations(
+    axes: Axes, channels: Sequence[Response], *, truth: AbstractCurve | None = None
+) -> None:
+    """Deviation of the inverse response at each level and, with a truth, the actual error."""
+    for response in channels:
+        colour = CHANNEL_COLOURS[response.name]
+        if response.inverse_lut_std is not None:
+            for factor, alpha in ((2, 0.12), (1, 0.2)):
+                spread = factor * response.inverse_lut_std
+                axes.fill_between(
+                    np.arange(spread.size), -spread, spread, color=colour, alpha=alpha, linewidth=0
+                )
+            axes.plot([], [], color=colour, label=response.name)
+        if truth is not None:
+            error = response.inverse_lut - truth.inverse(_brightness(response))
+            axes.plot(error, color=colour, linewidth=1)
+    lines = "" if truth is None else "; lines: actual error"
+    axes.set(
+        title=f"How sure (bands: 1 and 2 deviations{lines})",
+        xlabel="level",
+        ylabel="irradiance",
+    )
+    if axes.lines:
+        axes.legend(frameon=False)
+
+
 def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
     """How the objective improved from round to round."""
     bounded = True
@@ -156,8 +189,14 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
 
 
 def _expected(response: Response, counts: Counts) -> Floats:
+    """Level pairs that the model expects; methods without a scene of their own take an even one."""
     inverse = response.curve.inverse(half_levels(response.n_levels))
-    return expected_counts(counts, inverse, response.noise)
+    if response.method.startswith("ism"):
+        return expected_counts(counts, inverse, response.noise)
+    pairs = counts.astype(np.float64)
+    prepared = PairCounts(pairs, np.zeros(len(pairs)))
+    model = with_scene(inverse[1::2], response.noise, prepared, _SCENE_STEPS)
+    return np.asarray(model.pairs * pairs.sum())
 
 
 def _reach(table: Cooccurrence) -> int:
