@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 
+from chartless._pchip import pchip
 from chartless.curve_space import AbstractCurveSpace, in_coordinates
 from chartless.errors import ParameterError
 from chartless.likelihood import Expansion, PairCounts, PairModel, Scene, scene_precision
@@ -345,7 +345,7 @@ def integrated(
     if len(modes) > 1:
         pieces = [np.linspace(*ends, _FINE, endpoint=False) for ends in pairwise(log_ratios)]
         fine = np.concatenate([*pieces, log_ratios[-1:]])
-        evidence = PchipInterpolator(log_ratios, evidence)(fine)
+        evidence = pchip(log_ratios, evidence, fine)
         for each in others:
             evidence += _told_of_ratio(each, share, fine)
         share_of_mode = np.array([np.interp(fine, log_ratios, one) for one in np.eye(len(modes))])
@@ -380,7 +380,7 @@ def _told_of_ratio(modes: list[Mode], share: float, log_ratios: Floats) -> Float
     if len(modes) == 1:
         return np.zeros(log_ratios.size)
     within = np.clip(log_ratios, known[0], known[-1])
-    return np.asarray(PchipInterpolator(known, told - told.max())(within))
+    return np.asarray(pchip(known, told - told.max(), within))
 
 
 def at_levels(edges: Floats) -> Floats:
