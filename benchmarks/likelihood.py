@@ -91,7 +91,9 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
             "likelihood": seconds(lambda: likelihood.calibrate(table), repeats),
             "start": seconds(lambda: noise_level_start(counts, prior), repeats),
             "ridge": seconds(lambda: ridge(counts, space, begin), repeats),
-            "integrate": seconds(lambda: integrated(modes, space, ridge_share(counts)), repeats),
+            "integrate": seconds(
+                lambda: integrated(modes, space, ridge_share(counts, space)), repeats
+            ),
             "nlf": seconds(lambda: nlf.calibrate(table), repeats),
             "expand": seconds(expand, repeats),
             "log_likelihood": seconds(lambda: model().log_likelihood(counts), repeats),

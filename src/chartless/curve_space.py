@@ -8,7 +8,7 @@ two: any curve at all, and the members of a family.
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cache
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 from typing_extensions import override
@@ -38,6 +38,9 @@ class AbstractCurveSpace(ABC):
     """Of the prior, shape (P,)."""
     precision: Floats
     """Inverse covariance of the prior, shape (P, P)."""
+    tells_ratio: ClassVar[bool]
+    """Whether what pairs tell of the ratio u/v is to be heard. What a family cannot follow in a
+    curve it makes good by a wrong ratio."""
 
     @abstractmethod
     def edges(self, coordinates: Floats) -> Floats:
@@ -86,6 +89,8 @@ def in_coordinates(information: Floats, n_inner: int, pull: Callable[[Floats], F
 class FreeCurve(AbstractCurveSpace):
     """Any increasing curve: its coordinates are the log slopes of g in each level."""
 
+    tells_ratio = True
+
     def __init__(self, prior: CurvePrior) -> None:
         self.mean = prior.mean
         self.precision = np.asarray(np.linalg.inv(prior.covariance), np.float64)
@@ -126,6 +131,8 @@ def free_curve(n_levels: int) -> FreeCurve:
 @final
 class FamilyCurve(AbstractCurveSpace):
     """Members of a family, in whitened parameters: standard normal over measured cameras."""
+
+    tells_ratio = False
 
     def __init__(self, model: AbstractModel, n_levels: int) -> None:
         self.model = model

@@ -18,7 +18,7 @@ from chartless.types import Floats, Indices
 
 _ROUNDS = 4
 _FEWEST = 50  # pairs at a level
-_CLIPPED = 2.0  # levels within so many deviations of the ends are cut
+_CLIPPED = 1.0  # levels within so many deviations of the ends are cut
 _LEAST_VARIANCE = 0.02  # levels²; rounding alone gives 1/12
 _MISFIT = 0.15  # deviation of ln σ from the model beyond chance
 _ROUNDING = 0.15  # the same, in levels, by what is left of rounding

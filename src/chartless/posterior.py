@@ -247,7 +247,7 @@ def ridge(
     on_mode : callable, optional
         Called with the number of modes found, at most that of `RATIOS`.
     """
-    share = ridge_share(counts)
+    share = ridge_share(counts, space)
     places = {RATIOS.index(TYPICAL_RATIO): maximise(counts, space, TYPICAL_RATIO, start)}
     first = next(iter(places))
     best = _weighted(places[first], share)
@@ -291,8 +291,10 @@ def _refined(
     return modes
 
 
-def ridge_share(counts: PairCounts) -> float:
+def ridge_share(counts: PairCounts, space: AbstractCurveSpace) -> float:
     """Weight of the pairs' evidence along the ridge, 0 … 1."""
+    if not space.tells_ratio:
+        return 0.0
     return min(1.0, RIDGE_PAIRS / max(counts.weight * counts.n_pairs, 1.0))
 
 

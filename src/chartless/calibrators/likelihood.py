@@ -163,7 +163,7 @@ class LikelihoodSearch(AbstractCalibrator):
     def _response(
         self, table: Cooccurrence, channel: str, found: Found, others: list[list[Mode]]
     ) -> Response:
-        share = ridge_share(found.counts)
+        share = ridge_share(found.counts, found.space)
         posterior = integrated(found.modes, found.space, share, others=others)
         best = posterior.best
         model = PairModel(best.edges, best.noise, best.state.scene)
