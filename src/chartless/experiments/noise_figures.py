@@ -154,7 +154,7 @@ def _draw_errors(axes: Axes, method: str, results: list[CaseResult], **style: st
 
 def likelihood_figure(results: list[CaseResult]) -> Figure:
     """Errors of the methods beside the bound, and whether their deviations hold."""
-    figure = Figure(figsize=(_WIDTH, 3.7), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, 4.4), layout="constrained")
     errors, coverage = figure.subplots(1, 2, width_ratios=(5, 4))
     share = np.arange(1, len(results) + 1) / len(results)
     for method, (colour, style) in _COMPARED.items():
@@ -164,7 +164,7 @@ def likelihood_figure(results: list[CaseResult]) -> Figure:
     errors.plot(bounds, share, "--", color=DARK, label="Cramér–Rao bound, any curve")
     errors.set_xscale("log")
     errors.set(xlabel="RMSE in brightness", ylabel="share of cases below", ylim=(0, 1))
-    errors.legend(frameon=False, fontsize="small")
+    figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     for place, method in enumerate(LIKELIHOODS):
         covered = np.array([each.covered for each in outcomes_of(method, results)]).mean(axis=0)
         bars = coverage.barh([place - 0.18, place + 0.18], covered, 0.34, color=[SKY, BLUE])
@@ -172,7 +172,7 @@ def likelihood_figure(results: list[CaseResult]) -> Figure:
     for expected, colour in zip(_NORMAL_SHARES, (SKY, BLUE), strict=True):
         coverage.axvline(expected, color=colour, linestyle=":")
     coverage.set(
-        xlabel="share of levels with the truth within\n1 (light) or 2 deviations; dotted: normal",
+        xlabel="truth within 1 (light) or 2 deviations:\nshare of levels; dotted: normal",
         xlim=(0, 1.12),
         yticks=range(len(LIKELIHOODS)),
         yticklabels=LIKELIHOODS,
