@@ -27,6 +27,7 @@ def response_of(name: str = "Y", **changes: Any) -> Response:
         "n_levels": 16,
         "observed_levels": (1, 14),
         "n_pairs": 1234,
+        "outliers": 0.02,
         "method": "ism-bin",
         "status": Status.LIMIT_REACHED,
         "flags": (Flag.CLIPPED, Flag.SEARCH_UNFINISHED),
@@ -53,7 +54,7 @@ def again(calibration: Calibration, path: Path) -> Calibration:
 
 def same(first: Response, second: Response) -> None:
     for field in (
-        *("name", "curve", "noise", "n_levels", "observed_levels", "n_pairs"),
+        *("name", "curve", "noise", "n_levels", "observed_levels", "n_pairs", "outliers"),
         *("method", "status", "flags", "history"),
     ):
         assert getattr(first, field) == getattr(second, field), field

@@ -120,6 +120,56 @@ def test_each_frame_is_told_once_in_order() -> None:
     assert told == frames
 
 
+def shot(number: int, *, light: float = 1.0) -> Frame:
+    """A linear camera's grey ramp under more or less light."""
+    rng = np.random.default_rng(number)
+    ramp = np.linspace(20, 230, 60_000).reshape(200, 300, 1)
+    return frame_of(number, np.rint(light * ramp + rng.normal(0, 3, ramp.shape)).astype(np.uint8))
+
+
+def mean_squared_difference(counts: Levels) -> float:
+    earlier, later = np.nonzero(counts)
+    return float(np.average((earlier - later) ** 2.0, weights=counts[earlier, later]))
+
+
+def test_flicker_within_a_pair_is_undone() -> None:
+    """Up and down by 2 %: the sum of the pairs would show no drift, only more noise."""
+    steady = noise_evidence(map(shot, (1, 2, 3)))
+    flickering = noise_evidence([shot(1), shot(2, light=0.98), shot(3)])
+
+    counts, found = steady.tables["Y"].counts, flickering.tables["Y"].counts
+    assert np.array_equal(
+        counts, sum(counted(shot(a).levels, shot(b).levels) for a, b in ((1, 2), (2, 3)))
+    )
+    assert found.sum() == counts.sum()
+    assert mean_squared_difference(counts) == pytest.approx(18, rel=0.02)
+    assert mean_squared_difference(found) == pytest.approx(18, rel=0.02)
+    assert [check.drift for check in steady.checks] == [0, 0]
+    for check in flickering.checks:
+        assert check.drift == pytest.approx(0.02, rel=0.1)
+        assert check.drift_share > 0.1
+
+
+def test_a_large_change_of_light_is_left_as_it_is() -> None:
+    a, b = shot(1), shot(2, light=0.85)
+
+    evidence = noise_evidence([a, b])
+
+    assert np.array_equal(evidence.tables["Y"].counts, counted(a.levels, b.levels))
+    assert evidence.checks[0].drift == pytest.approx(0.15, rel=0.2)
+
+
+def test_movers_and_shared_noise_are_told() -> None:
+    grey = [np.repeat(shot(number).levels, 3, axis=2) for number in (1, 2)]
+    grey[1][:20] = 255 - grey[1][:20]
+
+    (check,) = noise_evidence([frame_of(k, levels) for k, levels in enumerate(grey)]).checks
+
+    assert check.channel_correlation == pytest.approx(1)
+    assert check.outliers == pytest.approx(0.1, abs=0.01)
+    assert check.patch_share < 0.05
+
+
 # Channels, levels, mask
 
 

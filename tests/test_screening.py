@@ -13,14 +13,17 @@ from scipy.ndimage import shift as displaced
 from skimage.data import astronaut, camera
 
 from chartless import AffineNoise, Cooccurrence, named_curve
+from chartless.drift import drift_share, estimated_drift
 from chartless.errors import UnfitFramesError
 from chartless.flags import Flag
+from chartless.outliers import outlying
 from chartless.screening import (
     SUSPICIOUS,
     PairCheck,
+    channel_correlation,
     check_pair,
     covered_levels,
-    drift_share,
+    empty_share,
     screen,
 )
 from chartless.simulate import simulate_frames
@@ -33,6 +36,8 @@ FRAME_FLAGS = {
     Flag.CORRELATED_NOISE,
     Flag.BRIGHTNESS_DRIFT,
     Flag.LOW_NOISE,
+    Flag.EMPTY_LEVELS,
+    Flag.MOVERS,
 }
 
 
@@ -271,6 +276,9 @@ def test_an_empty_table_is_refused() -> None:
         (PairCheck(0.2, 0.1, 0, 0), Flag.MOTION),
         (PairCheck(0, 0, 0.1, 0), Flag.STRUCTURED_DIFFERENCE),
         (PairCheck(0, 0, 0, 0.2), Flag.CORRELATED_NOISE),
+        (PairCheck(0, 0, 0, 0, channel_correlation=0.2), Flag.CORRELATED_CHANNELS),
+        (PairCheck(0, 0, 0, 0, outliers=0.01), Flag.MOVERS),
+        (PairCheck(0, 0, 0, 0, drift=0.02, drift_share=0.1), Flag.BRIGHTNESS_DRIFT),
     ],
 )
 def test_one_suspicious_pair_of_many_is_enough(check: PairCheck, flag: Flag) -> None:
@@ -288,6 +296,11 @@ def test_one_suspicious_pair_of_many_is_enough(check: PairCheck, flag: Flag) -> 
         (PairCheck(1.5, 0.2, 0, 0), "frames 2 and 3 are displaced by about 1.5 pixels"),
         (PairCheck(0.1, 0.6, 0, 0), "frames 2 and 3 are displaced"),
         (PairCheck(0, 0, 0.6, 0), "frames 2 and 3 differ in large patches"),
+        (PairCheck(0, 0, 0, 0, outliers=0.4), "frames 2 and 3: 40% of the pixels changed far"),
+        (
+            PairCheck(0, 0, 0, 0, drift=0.1, drift_share=0.6),
+            "frames 2 and 3: the brightness changed .10% of the levels.*steady light",
+        ),
     ],
 )
 def test_a_gross_pair_is_named(check: PairCheck, words: str) -> None:
@@ -316,3 +329,66 @@ def test_noise_below_the_rounding_is_flagged() -> None:
     frames = pair(soft(), soft(), slope=0.0, floor=0.01, response="linear")
 
     assert Flag.LOW_NOISE in verdict(*frames)
+
+
+def test_noise_shared_by_channels_is_measured() -> None:
+    rng = np.random.default_rng(7)
+    common = rng.normal(0, 4, (2, 200, 200))
+    own = rng.normal(0, 4, (3, 2, 200, 200))
+    shots = [
+        [np.rint(120 + common[k] + own[c, k]).astype(np.uint8) for c in range(3)] for k in (0, 1)
+    ]
+    alone = [[np.rint(120 + own[c, k]).astype(np.uint8) for c in range(3)] for k in (0, 1)]
+
+    assert channel_correlation(*shots) == pytest.approx(0.5, abs=0.03)
+    assert channel_correlation(*alone) < 0.02
+    assert channel_correlation(shots[0][:1], shots[1][:1]) == 0
+    assert channel_correlation(shots[0], shots[0]) == 0
+
+
+@pytest.mark.parametrize(
+    ("levels", "share"),
+    [
+        (np.arange(256), 0.0),
+        (4 * np.arange(64), 0.75),
+        (np.arange(256) * 255 // 230, 0.1),
+        (np.r_[20:41, 200:221], 0.0),  # two patches, nothing between
+    ],
+)
+def test_empty_levels_are_those_between_the_teeth_of_a_comb(levels: Levels, share: float) -> None:
+    counts = np.zeros((256, 256), np.int64)
+    used = levels[levels < 256]
+    counts[used, used] = 1000
+
+    assert empty_share(Cooccurrence(counts)) == pytest.approx(share, abs=0.03)
+
+
+def test_few_pixels_are_no_comb() -> None:
+    scene = soft(shape=(24, 24))
+
+    assert empty_share(Cooccurrence.of_pair(*pair(scene, scene))) == 0
+
+
+def test_six_bits_in_eight_are_flagged() -> None:
+    few = [(frame >> 2) << 2 for frame in pair(soft(), soft())]
+    quiet = [(frame >> 2) << 2 for frame in pair(soft(), soft(), slope=0.001, floor=0.1)]
+
+    assert Flag.EMPTY_LEVELS in verdict(*few)
+    assert Flag.LOW_NOISE not in verdict(*few)
+    assert {Flag.EMPTY_LEVELS, Flag.LOW_NOISE} <= verdict(*quiet)
+
+
+def test_what_is_made_up_for_does_not_count_as_patches() -> None:
+    scene = 0.9 * soft()
+    first, second = pair(scene, 1.03 * scene, floor=1.0, slope=0.01)
+    second[64:128, 64:128] = 255 - second[64:128, 64:128]
+    table = Cooccurrence.of_pair(first, second)
+    drift = estimated_drift(table)
+    assert drift is not None
+
+    raw = check_pair(first, second)
+    check = check_pair(first, second, drift=drift.levels, outlying=outlying(table))
+
+    assert raw.patch_share > 0.5
+    assert check.patch_share < 0.1
+    assert check.neighbour_correlation < 0.15

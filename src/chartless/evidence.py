@@ -6,22 +6,27 @@ nearly independent, and the cost grows with the number of frames, not its square
 all pairs of 10 frames instead of two frames improves the estimate by a fifth at best: the
 limit is the unknown ratio of the noise parameters, not the number of counts.
 
+A small change of brightness within a pair is undone before its table is added: lamps flicker up
+and down, so over many pairs it would look like noise.
+
 Two frames are held at a time, and the tables.
 """
 
 import math
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from chartless.cooccurrence import Cooccurrence, level_table
+from chartless.drift import Drift, compensated, estimated_drift
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.frame import Frame
-from chartless.screening import PairCheck, check_pair
-from chartless.types import Counts, Levels
+from chartless.outliers import outlying
+from chartless.screening import EMPTY, PairCheck, channel_correlation, check_pair, empty_share
+from chartless.types import Bools, Counts, Levels
 
 CHANNELS = ("auto", "rgb", "luma")
 """Ways to split a frame: as it is; red, green and blue; or the luma of the three."""
@@ -118,11 +123,10 @@ def noise_evidence(
                     "noise to read: give different shots of the scene"
                 )
                 raise UnfitFramesError(msg)
-            for name, plane in planes.items():
-                pair = Cooccurrence.of_pair(before[1][name], plane, n_levels=n_levels, mask=mask)
+            pairs, check = _compare(before[1], planes, n_levels, mask)
+            for name, pair in pairs.items():
                 tables[name] = tables[name] + pair if name in tables else pair
-            middle = list(planes)[len(planes) // 2]
-            checks.append(check_pair(before[1][middle], planes[middle], mask))
+            checks.append(check)
         before = frame, planes
         sources.append(FrameSource(frame.path, frame.sha256, frame.remarks))
         if on_frame is not None:
@@ -135,6 +139,44 @@ def noise_evidence(
         )
         raise UnfitFramesError(msg)
     return NoiseEvidence(tables, tuple(checks), frame.bit_depth, tuple(sources))
+
+
+def _compare(
+    first: dict[str, Levels], second: dict[str, Levels], n_levels: int, mask: Bools | None
+) -> tuple[dict[str, Cooccurrence], PairCheck]:
+    """Tables of one pair of frames, a small drift of brightness undone, and what else it shows."""
+    tables: dict[str, Cooccurrence] = {}
+    drifts: dict[str, Drift | None] = {}
+    middle = list(second)[len(second) // 2]
+    most, share = 0.0, 0.0
+    for name, plane in second.items():
+        table = Cooccurrence.of_pair(first[name], plane, n_levels=n_levels, mask=mask)
+        # Between the teeth of a comb there is nothing to interpolate.
+        drift = None if empty_share(table) > EMPTY else estimated_drift(table)
+        if drift is not None:
+            most, share = max(most, drift.relative), max(share, drift.share)
+        drifts[name] = drift
+        tables[name] = table
+    far = outlying(tables[middle])
+    drift = drifts[middle]
+    check = check_pair(
+        first[middle],
+        second[middle],
+        mask,
+        drift=drift.levels if drift is not None and drift.is_small else None,
+        outlying=far,
+    )
+    check = replace(
+        check,
+        channel_correlation=channel_correlation([*first.values()], [*second.values()], mask),
+        outliers=float(tables[middle].counts[far].sum() / max(1, tables[middle].n_pairs)),
+        drift=most,
+        drift_share=share,
+    )
+    for name, drift in drifts.items():
+        if drift is not None and drift.is_small:
+            tables[name] = compensated(tables[name], drift)
+    return tables, check
 
 
 def dark_histograms(

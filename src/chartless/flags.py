@@ -28,8 +28,8 @@ class Flag(Enum):
     BRIGHTNESS_DRIFT = (
         "brightness-drift",
         (
-            "the light or the exposure changed between frames: fix the exposure by hand, avoid "
-            "flickering lamps"
+            "the light or the exposure changed between frames; a few per cent are made up for: "
+            "fix the exposure by hand, avoid flickering lamps"
         ),
     )
     STRUCTURED_DIFFERENCE = (
@@ -41,6 +41,27 @@ class Flag(Enum):
         (
             "neighbouring pixels share their noise, the mark of denoising, sharpening or strong "
             "compression: switch these off or use a higher quality"
+        ),
+    )
+    CORRELATED_CHANNELS = (
+        "correlated-channels",
+        (
+            "the channels share their noise, the mark of demosaicing, denoising or compression: "
+            "switch these off or use a higher quality"
+        ),
+    )
+    MOVERS = (
+        "movers",
+        (
+            "some pixels changed far more than noise explains and were left out: keep everything "
+            "in the scene still"
+        ),
+    )
+    EMPTY_LEVELS = (
+        "empty-levels",
+        (
+            "some levels are never used: the picture was stretched or has fewer bits than its "
+            "file: give frames as the camera writes them"
         ),
     )
     LOW_NOISE = (

@@ -151,8 +151,8 @@ def noise_level_start(
     first = fit_noise_levels(counts.pairs, prior, ratio)
     model = with_scene(first.edges, first.noise(ratio), counts, _SCENE_STEPS)
     fit = fit_noise_levels(counts.pairs, prior, ratio, seen_share=_seen_share(model))
-    scene = PairModel(fit.edges, fit.noise(ratio), model.scene).improved_scene(counts)
-    return fit, Scene(scene.nodes, scene.log_weights - scene.log_weights.mean())
+    log_weights = model.scene.log_weights
+    return fit, Scene(model.scene.nodes, log_weights - log_weights.mean())
 
 
 def _seen_share(model: PairModel) -> Floats:

@@ -86,9 +86,12 @@ class Response:
     """Of the noise parameters, where the method tells one."""
     inverse_lut_std: Floats | None = None
     """Standard deviation of `inverse_lut`, shape (L,), where the method tells one."""
+    outliers: float | None = None
+    """Share of the pairs left out because they changed far more than noise explains; None where
+    the method leaves none out."""
     history: SearchHistory | None = None
     table: Cooccurrence | None = None
-    """The evidence, for plots and for estimating again."""
+    """The evidence, for plots and for estimating again, without what was left out."""
 
     @property
     def inverse_lut(self) -> Floats:

@@ -4,18 +4,25 @@ Calibration by noise reads the difference of two frames. It is fit when that dif
 pixel noise and nothing else. So each check measures which share of the squared difference
 something else explains: the frames were displaced, the brightness changed, patches of the
 scene moved. A share above `GROSS` is refused, one above `SUSPICIOUS` flagged.
+
+What is made up for later counts less here: patches and neighbours are measured without the
+drift of brightness (`chartless.drift`) and without the pixels that changed far more than noise
+explains (`chartless.outliers`).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
 from chartless.cooccurrence import Cooccurrence
+from chartless.drift import LARGE, drift_share
 from chartless.errors import UnfitFramesError
 from chartless.flags import Flag
-from chartless.types import Floats32, Levels
+from chartless.outliers import SOME_MOVERS, without_outliers
+from chartless.types import Bools, Floats, Floats32, Levels
 
 GROSS = 0.5
 """Above this share, what should be noise is mostly something else: refused."""
@@ -24,7 +31,11 @@ SUSPICIOUS = 0.05
 DRIFTING = 0.02
 """Share of a change of brightness above which frames are flagged: 5 % in bright parts."""
 CORRELATED = 0.15
-"""Correlation of neighbours' noise above which it is flagged; raw-like noise has 0."""
+"""Correlation of noise, of neighbours or channels, above which it is flagged; raw has 0."""
+MOST_MOVERS = 0.1
+"""Share of pixels that changed far more than noise explains, above which frames are refused."""
+EMPTY = 0.04
+"""Share of levels never used between used ones, above which it is flagged."""
 LEAST_COVERAGE = 0.25
 """Share of the level range that the scene must cover; below, most of the curve is guessed."""
 GOOD_COVERAGE = 0.8
@@ -34,9 +45,12 @@ MOST_CLIPPED, MANY_CLIPPED = 0.9, 0.25
 LEAST_PAIRS, FEW_PAIRS = 10, 100
 """Pairs per level seen below which frames are refused, and flagged."""
 LEAST_NOISE = 0.3
-"""Noise deviation in levels below which rounding hides most of it (rounding itself: 0.29)."""
+"""Noise deviation in steps between used levels below which rounding hides most of it.
+
+Rounding itself has 0.29."""
 _MOVED = 0.5  # pixels
 _BLOCK, _BAND, _ENOUGH = 16, 32, 1 << 19  # pixels: patch, rows in a band, all bands
+_COMB, _EXPECTED = 16, 10  # levels on either side, pixels at each: an empty one is no chance
 _RARE = 1e-3  # share of pixels at either end that do not count as covered levels
 
 
@@ -55,10 +69,23 @@ class PairCheck:
     """Share that lives in patches of 16 × 16 pixels and larger; pixel noise has none."""
     neighbour_correlation: float
     """Correlation of the difference between neighbouring pixels, mean of both directions."""
+    channel_correlation: float = 0.0
+    """Correlation of the difference between channels, the largest without its sign."""
+    outliers: float = 0.0
+    """Share of pixels that changed far more than noise explains."""
+    drift: float = 0.0
+    """Change of brightness relative to the level, in the channel where it is largest."""
+    drift_share: float = 0.0
+    """Share explained by that change."""
 
 
 def check_pair(
-    first: Levels, second: Levels, mask: npt.NDArray[np.bool_] | None = None
+    first: Levels,
+    second: Levels,
+    mask: Bools | None = None,
+    *,
+    drift: Floats | None = None,
+    outlying: Bools | None = None,
 ) -> PairCheck:
     """Compare two frames of one channel.
 
@@ -67,9 +94,16 @@ def check_pair(
     first, second : ndarray of uint8 or uint16, shape (M, N)
     mask : ndarray of bool, shape (M, N), optional
         Pixels outside it count as unchanged.
+    drift : ndarray, shape (2L − 1,), optional
+        Change of brightness by the sum of the levels, which is taken off the difference.
+    outlying : ndarray of bool, shape (L, L), optional
+        Pairs of levels that count as unchanged, except for the displacement: where a shift
+        is seen best, at edges, it looks like an outlier.
     """
     scene, later = _bands(first), _bands(second)
     difference = later - scene
+    if drift is not None:
+        difference -= drift.astype(np.float32)[(scene + later).astype(np.intp)]
     if mask is not None:
         difference *= _bands(mask)
     energy = _dot(difference, difference)
@@ -84,14 +118,69 @@ def check_pair(
     normal = np.array([[_dot(across, across), cross], [cross, _dot(down, down)]])
     pull = np.array([_dot(across, core), _dot(down, core)])
     shift = np.linalg.lstsq(normal, pull, rcond=1e-6)[0]
+    displacement_share = float(shift @ pull) / energy
+    if outlying is not None:
+        difference *= ~outlying[scene.astype(np.intp), later.astype(np.intp)]
+        energy = max(_dot(difference, difference), float(np.finfo(np.float32).tiny))
     horizontal = _dot(difference[:, :, 1:], difference[:, :, :-1])
     vertical = _dot(difference[:, 1:], difference[:, :-1])
     return PairCheck(
         displacement=float(np.hypot(*shift)),
-        displacement_share=float(shift @ pull) / energy,
+        displacement_share=displacement_share,
         patch_share=_patch_share(difference, energy),
         neighbour_correlation=0.5 * (horizontal + vertical) / energy,
     )
+
+
+def channel_correlation(
+    first: Sequence[Levels], second: Sequence[Levels], mask: Bools | None = None
+) -> float:
+    """Correlation of the noise between channels: the largest of all pairs, without its sign.
+
+    Of the difference of the frames between one pixel and the next, so that a change of
+    brightness or a large thing that moved has little part in it.
+
+    Parameters
+    ----------
+    first, second : sequence of ndarray of uint8 or uint16, shape (M, N)
+        The channels of either frame.
+    mask : ndarray of bool, shape (M, N), optional
+        Pixels outside it count as unchanged.
+
+    Returns
+    -------
+    float
+        0 … 1; 0 of a single channel.
+    """
+    noise = []
+    for one, other in zip(first, second, strict=True):
+        difference = _bands(other) - _bands(one)
+        if mask is not None:
+            difference *= _bands(mask)
+        noise.append(np.diff(difference, axis=2))
+    largest = 0.0
+    for a, b in combinations(noise, 2):
+        size = np.sqrt(_dot(a, a) * _dot(b, b))
+        if size > 0:
+            largest = max(largest, abs(_dot(a, b)) / float(size))
+    return largest
+
+
+def empty_share(table: Cooccurrence) -> float:
+    """Share of levels never used, of those that should be as their neighbours are.
+
+    A picture stretched by a factor s, or of fewer bits than its file, leaves 1 − 1/s of its
+    levels empty, like a comb. A level counts if the 16 on either side average 10 pixels:
+    between two patches of a chart levels are empty for another reason.
+    """
+    histogram = table.histogram
+    sums = np.concatenate([[0], np.cumsum(histogram)])
+    level = np.arange(table.n_levels)
+    below = sums[level] - sums[np.maximum(level - _COMB, 0)]
+    above = sums[np.minimum(level + _COMB + 1, table.n_levels)] - sums[level + 1]
+    counted = np.minimum(below, above) >= _COMB * _EXPECTED
+    n_empty = int(np.count_nonzero(counted & (histogram == 0)))
+    return n_empty / max(1, int(np.count_nonzero(counted)))
 
 
 def _bands(frame: Levels | npt.NDArray[np.bool_]) -> Floats32:
@@ -120,32 +209,6 @@ def _patch_share(difference: Floats32, energy: float) -> float:
     share = _dot(blocks, blocks) / _BLOCK**2 / energy
     # White noise leaves 1/256 of its energy in the means of 16 × 16 pixels: not a patch.
     return max(0.0, (_BLOCK**2 * share - 1.0) / (_BLOCK**2 - 1.0))
-
-
-def drift_share(table: Cooccurrence) -> float:
-    """Share of the squared difference that a change of brightness, level by level, explains.
-
-    What chance explains is taken off, and three deviations of it: few pixels prove no drift.
-    At equal sum of the two levels the difference has mean 0 when the frames are
-    exchangeable; its mean there measures the drift free of regression to the mean.
-    """
-    earlier, later = np.nonzero(table.counts)
-    counts = table.counts[earlier, later].astype(np.float64)
-    difference = (later - earlier).astype(np.float64)
-    energy = counts @ difference**2
-    if energy == 0:
-        return 0.0
-    level = earlier + later
-    n = np.bincount(level, weights=counts)
-    total = np.bincount(level, weights=counts * difference)
-    squares = np.bincount(level, weights=counts * difference**2)
-    # n mean² estimates n drift² + variance: take the variance off where it can be estimated.
-    several = n > 1
-    n, total, squares = n[several], total[several], squares[several]
-    explained = total**2 / n
-    by_chance = (squares - explained) / (n - 1)
-    certain = explained.sum() - by_chance.sum() - 3 * np.sqrt(2 * (by_chance**2).sum())
-    return max(0.0, float(certain / energy))
 
 
 def covered_levels(table: Cooccurrence) -> tuple[int, int]:
@@ -178,7 +241,10 @@ def screen(
     """
     own = {name: _screen_table(name, table) for name, table in tables.items()}
     common = _screen_frames(checks)
-    return {name: (*common, *flags) for name, flags in own.items()}
+    return {
+        name: tuple(flag for flag in Flag if flag in {*common, *flags})
+        for name, flags in own.items()
+    }
 
 
 def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
@@ -191,6 +257,18 @@ def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
                 "the scene moved; use a tripod and a self-timer"
             )
             raise UnfitFramesError(msg)
+        if check.drift > LARGE and check.drift_share > GROSS:
+            msg = (
+                f"{pair}: the brightness changed ({check.drift:.0%} of the levels): fix exposure "
+                "and white balance by hand and use steady light"
+            )
+            raise UnfitFramesError(msg)
+        if check.outliers > MOST_MOVERS:
+            msg = (
+                f"{pair}: {check.outliers:.0%} of the pixels changed far more than noise "
+                "explains: something moved; photograph a still scene"
+            )
+            raise UnfitFramesError(msg)
         if check.patch_share > GROSS:
             msg = (
                 f"{pair} differ in large patches ({check.patch_share:.0%} of their difference): "
@@ -201,6 +279,9 @@ def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
         (Flag.MOTION, max(check.displacement_share for check in checks), SUSPICIOUS),
         (Flag.STRUCTURED_DIFFERENCE, max(check.patch_share for check in checks), SUSPICIOUS),
         (Flag.CORRELATED_NOISE, max(c.neighbour_correlation for c in checks), CORRELATED),
+        (Flag.CORRELATED_CHANNELS, max(c.channel_correlation for c in checks), CORRELATED),
+        (Flag.BRIGHTNESS_DRIFT, max(c.drift_share for c in checks), DRIFTING),
+        (Flag.MOVERS, max(c.outliers for c in checks), SOME_MOVERS),
     )
     return [flag for flag, measured, limit in doubts if measured > limit]
 
@@ -240,7 +321,9 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
             "scene with both dark and bright parts"
         )
         raise UnfitFramesError(msg)
-    drift = drift_share(table)
+    still = without_outliers(table).table
+    empty = empty_share(table)
+    drift = drift_share(still)
     if drift > GROSS:
         msg = (
             f"channel {name}: the brightness changed between frames ({drift:.0%} of their "
@@ -252,7 +335,8 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
         (Flag.LEVELS_UNSEEN, coverage < GOOD_COVERAGE),
         (Flag.CLIPPED, black + white > MANY_CLIPPED),
         (Flag.FEW_PIXELS, per_level < FEW_PAIRS),
-        (Flag.LOW_NOISE, _noise_in_levels(table) < LEAST_NOISE),
+        (Flag.EMPTY_LEVELS, empty > EMPTY),
+        (Flag.LOW_NOISE, _noise_in_levels(still) * (1 - empty) < LEAST_NOISE),
     )
     return [flag for flag, holds in doubts if holds]
 

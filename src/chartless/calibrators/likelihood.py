@@ -18,6 +18,7 @@ from chartless.log_slopes import CurvePrior, measured_prior
 from chartless.models import AbstractModel
 from chartless.noise import AffineNoise
 from chartless.noise_level import noise_level_start
+from chartless.outliers import SOME_MOVERS, Cleaned, without_outliers
 from chartless.posterior import (
     PAIR_WEIGHT,
     RATIOS,
@@ -38,6 +39,8 @@ _POOR = 1.5
 class Found:
     """The ridge of one channel, and nothing judged."""
 
+    still: Cleaned
+    """The table, without what moved."""
     counts: PairCounts
     space: AbstractCurveSpace
     modes: list[Mode]
@@ -146,7 +149,10 @@ class LikelihoodSearch(AbstractCalibrator):
     ) -> Found:
         """Walk the ridge of a table; arguments as for `calibrate`."""
         prior = self.prior or measured_prior(table.n_levels)
-        counts = PairCounts.of(table, dark=dark, weight=self.weight * independent_share(n_frames))
+        still = without_outliers(table)
+        counts = PairCounts.of(
+            still.table, dark=dark, weight=self.weight * independent_share(n_frames)
+        )
         start, scene = noise_level_start(counts, prior)
         space = self._space(table.n_levels)
 
@@ -158,7 +164,7 @@ class LikelihoodSearch(AbstractCalibrator):
         modes = ridge(counts, space, begin, on_mode=on_mode)
         if progress is not None:
             progress(1.0)
-        return Found(counts, space, modes)
+        return Found(still, counts, space, modes)
 
     def _response(
         self, table: Cooccurrence, channel: str, found: Found, others: list[list[Mode]]
@@ -188,10 +194,12 @@ class LikelihoodSearch(AbstractCalibrator):
             log_evidence=best.log_evidence,
             # A misfit is noise that the model does not know.
             inverse_lut_std=posterior.inverse_std * np.sqrt(max(1.0, deviance)),
-            table=table,
+            outliers=found.still.fraction,
+            table=found.still.table,
         )
         doubts = (
             (Flag.MISFIT, deviance > _POOR),
+            (Flag.MOVERS, found.still.fraction > SOME_MOVERS),
             (Flag.SEARCH_UNFINISHED, not settled),
             (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
         )

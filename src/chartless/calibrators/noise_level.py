@@ -11,10 +11,12 @@ from chartless.cooccurrence import Cooccurrence
 from chartless.curve_space import FreeCurve, free_curve
 from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
+from chartless.flags import Flag
 from chartless.likelihood import PairCounts
 from chartless.log_slopes import CurvePrior, measured_prior
 from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD
 from chartless.noise_level import noise_level_start
+from chartless.outliers import SOME_MOVERS, without_outliers
 from chartless.posterior import at_levels, deviations_at_levels, warped
 from chartless.response import Response, Status
 from chartless.types import Counts
@@ -50,7 +52,8 @@ class NoiseLevelSearch(AbstractCalibrator):
             msg = "nlf makes no use of dark frames: choose the method likelihood"
             raise ParameterError(msg)
         prior = self.prior or measured_prior(table.n_levels)
-        fit, _ = noise_level_start(PairCounts.of(table), prior)
+        still, outliers = without_outliers(table)
+        fit, _ = noise_level_start(PairCounts.of(still), prior)
         inverse = at_levels(fit.edges)
         space = free_curve(table.n_levels) if self.prior is None else FreeCurve(prior)
         spread = np.sqrt(2) * TYPICAL_SPREAD  # of ln r
@@ -61,7 +64,7 @@ class NoiseLevelSearch(AbstractCalibrator):
         within = deviations_at_levels(space.pull(fit.log_slopes), fit.covariance)
         if progress is not None:
             progress(1.0)
-        return Response(
+        response = Response(
             name=channel,
             curve=SampledCurve.from_inverse(inverse),
             noise=fit.noise(TYPICAL_RATIO),
@@ -71,8 +74,10 @@ class NoiseLevelSearch(AbstractCalibrator):
             method="nlf",
             status=Status.CONVERGED,
             inverse_lut_std=np.hypot(within, 0.5 * (high - low)),
-            table=table,
+            outliers=outliers,
+            table=still,
         )
+        return response.with_flags(*([Flag.MOVERS] if outliers > SOME_MOVERS else []))
 
 
 CALIBRATORS.register("nlf", NoiseLevelSearch)
