@@ -29,6 +29,7 @@ from chartless.whitening import whitening
 # of f counts as this.
 _LEAST_SLOPE = 1e-3
 _NEAREST_STEPS, _NEAREST_WEIGHT = 30, 1e-6
+_SETTLED = 1e-12  # gain in mean squared irradiance
 
 
 class AbstractCurveSpace(ABC):
@@ -38,6 +39,8 @@ class AbstractCurveSpace(ABC):
     """Of the prior, shape (P,)."""
     precision: Floats
     """Inverse covariance of the prior, shape (P, P)."""
+    log_precision: float
+    """Logarithm of the determinant of `precision`."""
     tells_ratio: ClassVar[bool]
     """Whether what pairs tell of the ratio u/v is to be heard. What a family cannot follow in a
     curve it makes good by a wrong ratio."""
@@ -95,6 +98,7 @@ class FreeCurve(AbstractCurveSpace):
         self.mean = prior.mean
         self.precision = np.asarray(np.linalg.inv(prior.covariance), np.float64)
         self._column_sums = self.precision.sum(axis=0)
+        self.log_precision = -float(np.linalg.slogdet(prior.covariance)[1])
 
     @override
     def edges(self, coordinates: Floats) -> Floats:
@@ -140,6 +144,7 @@ class FamilyCurve(AbstractCurveSpace):
         self._brightness = bin_edges(n_levels)[1:-1]
         self.mean = np.zeros(model.n_parameters)
         self.precision = np.eye(model.n_parameters)
+        self.log_precision = 0.0
 
     def parameters(self, coordinates: Floats) -> Floats:
         """Raw parameters of the family, shape (P,)."""
@@ -176,7 +181,10 @@ class FamilyCurve(AbstractCurveSpace):
                 damping *= 10
                 continue
             if trial_rest @ trial_rest < rest @ rest:
+                settled = rest @ rest - trial_rest @ trial_rest < _SETTLED * edges.size
                 x, rest, damping = trial, trial_rest, damping / 10
+                if settled:
+                    break
             else:
                 damping *= 10
         return np.asarray(x)

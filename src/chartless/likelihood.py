@@ -32,6 +32,9 @@ _LEAST = 1e-14
 _NO_PART = 1e-9
 # Nodes of the scene lie no further apart than this part of the least noise, √v.
 _SPACING, _MOST_NODES = 0.67, 512
+DARK_PIXELS = 20_000
+"""Pixels of dark frames that count, at most: more of them know the toe of the curve so well that
+what a family cannot follow there spoils the rest."""
 SCENE_NODES = 128
 """Nodes of a scene, at least."""
 SCENE_STEP = 0.5
@@ -47,7 +50,7 @@ class PairCounts:
     pairs: Floats
     """Symmetric counts C + Cᵀ of level pairs, shape (L, L)."""
     dark: Floats
-    """Counts of the levels of dark frames, shape (L,); zeros without."""
+    """Weighted counts of the levels of dark frames, shape (L,); zeros without."""
     weight: float = 1.0
     """Of the pairs in the likelihood, for pairs that are not independent."""
 
@@ -56,12 +59,9 @@ class PairCounts:
         cls, table: Cooccurrence, *, dark: Counts | None = None, weight: float = 1.0
     ) -> "PairCounts":
         """Prepare a table and, if there are dark frames, their histogram."""
-        zeros = np.zeros(table.n_levels)
-        return cls(
-            table.symmetric.astype(np.float64),
-            zeros if dark is None else dark.astype(np.float64),
-            weight,
-        )
+        black = np.zeros(table.n_levels) if dark is None else dark.astype(np.float64)
+        black *= min(1.0, DARK_PIXELS / max(float(black.sum()), 1.0))
+        return cls(table.symmetric.astype(np.float64), black, weight)
 
     @property
     def n_levels(self) -> int:

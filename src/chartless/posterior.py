@@ -124,7 +124,7 @@ def maximise(counts: PairCounts, space: AbstractCurveSpace, ratio: float, start:
         ratio=ratio,
         state=state,
         edges=space.edges(state.coordinates),
-        log_evidence=value - float(np.log(np.diag(factor)).sum()),
+        log_evidence=value + 0.5 * space.log_precision - float(np.log(np.diag(factor)).sum()),
         known=prior.log_density_of_noise(state) + dark,
         factor=factor,
         steps=steps,
@@ -391,7 +391,7 @@ def at_levels(edges: Floats) -> Floats:
 
 
 def deviations_at_levels(pull: Callable[[Floats], Floats], covariance: Floats) -> Floats:
-    """Deviation of g at the levels, shape (L,), from the covariance of coordinates."""
+    """Deviation of g at the levels, shape (L,), from the covariance of log slopes."""
     changes = pull(_level_rows(len(covariance) - 1))
     variances = np.einsum("il,ij,jl->l", changes, covariance, changes, optimize=True)
     return np.concatenate([[0.0], np.sqrt(variances), [0.0]])

@@ -64,7 +64,7 @@ def calibrate(
         Pixels to use: True, or not black in the picture.
     dark : sequence of paths or of ndarray
         Frames of the same camera with the same settings and the lens covered. They tell the
-        noise at black, which is what the others know least.
+        noise at black and the curve there, of use where the scene has no dark parts.
     shared_noise : bool
         Whether all channels have one ratio of the noise parameters, as those of a sensor have
         before white balance; method likelihood only.

@@ -106,7 +106,7 @@ class LikelihoodSearch(AbstractCalibrator):
 
         So they do where they come from one sensor and were not multiplied by different gains:
         a gain g on the light multiplies u by g and v by g². What the pairs of all channels tell
-        of the ratio is added up.
+        of the ratio is added up, as if their curves were drawn from the prior one by one.
 
         Parameters
         ----------

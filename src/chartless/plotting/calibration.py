@@ -161,7 +161,7 @@ def draw_deviations(
         xlabel="level",
         ylabel="irradiance",
     )
-    if axes.lines:
+    if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False)
 
 
