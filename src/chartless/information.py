@@ -8,15 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from chartless.curve_space import FreeCurve, in_coordinates
-from chartless.likelihood import PairModel, Scene, scene_precision
+from chartless.likelihood import PairModel, Scene, n_nodes_for, scene_precision
 from chartless.log_slopes import CurvePrior, bin_edges
 from chartless.models import UNIFORM_IRRADIANCE, AbstractModel
 from chartless.noise import TYPICAL_SPREAD, AffineNoise
 from chartless.posterior import deviations_at_levels
 from chartless.types import Floats
-
-# Nodes of the scene lie no further apart than this part of the least noise, √v.
-_SPACING, _LEAST_NODES = 0.67, 128
 
 
 class Bound(NamedTuple):
@@ -121,6 +118,6 @@ def free_bound(
 
 def _histogram(scene: Floats, noise: AffineNoise) -> Scene:
     """Histogram of true irradiance at nodes fine enough for the noise."""
-    n_nodes = max(_LEAST_NODES, int(np.ceil(1 / (_SPACING * np.sqrt(noise.floor)))))
+    n_nodes = n_nodes_for(noise)
     counts = np.histogram(scene, bins=n_nodes, range=(0.0, 1.0))[0] + 0.5
     return Scene((np.arange(n_nodes) + 0.5) / n_nodes, np.log(counts))

@@ -284,10 +284,14 @@ class PairModel:
         information[where, where] += counts.sum() * change.T @ relative
 
 
+def n_nodes_for(noise: AffineNoise) -> int:
+    """Nodes of a scene that lie close enough for the noise."""
+    return max(SCENE_NODES, int(np.ceil(1 / (_SPACING * np.sqrt(noise.floor)))))
+
+
 def even_scene(noise: AffineNoise) -> Scene:
-    """Scene of equal weights, at nodes fine enough for the noise."""
-    wanted = int(np.ceil(1 / (_SPACING * np.sqrt(noise.floor))))
-    n_nodes = min(max(SCENE_NODES, wanted), _MOST_NODES)
+    """Scene of equal weights, at nodes fine enough for the noise as far as time allows."""
+    n_nodes = min(n_nodes_for(noise), _MOST_NODES)
     return Scene(np.linspace(0, 1, n_nodes), np.zeros(n_nodes))
 
 

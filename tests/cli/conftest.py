@@ -16,6 +16,7 @@ from chartless import AffineNoise, Calibration, ModelCurve, Response, named_curv
 from chartless.cli import main
 from chartless.flags import Flag
 from chartless.images import write_image
+from chartless.models import MODELS
 from chartless.response import Status
 from chartless.simulate import simulate_frames
 
@@ -148,4 +149,23 @@ def colour_camera(tmp_path: Path) -> Path:
 def grey_camera(tmp_path: Path) -> Path:
     path = tmp_path / "grey.json"
     save(Calibration(channels=(response_of("Y", -0.8, 1.5, -0.6),), bit_depth=8), path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def dorf_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file of 201 made-up curves."""
+    irradiance = np.linspace(0, 1, 1024, dtype=np.float32)
+    model, rng = MODELS["gumbel3"], np.random.default_rng(3)
+    steps = rng.normal(size=(201, 4)) * [0.4, 0.2, 0.1, 0.1]
+    brightness = model.response(irradiance.astype(float), model.identity + steps)
+    brightness[:, -1] = 1
+    path = tmp_path_factory.mktemp("data") / "dorf_own.npz"
+    np.savez(
+        path,
+        I=irradiance,
+        B=np.maximum.accumulate(brightness.astype(np.float32), axis=1),
+        name=np.array([f"Film_{n // 3}CD{('Red', 'Green', 'Blue')[n % 3]}" for n in range(201)]),
+        scale_class=np.array(["graph-log-log-neg"] * 150 + ["graph-lin-lin"] * 51),
+    )
     return path

@@ -46,25 +46,6 @@ def _short_table() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module")
-def dorf_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A file of 201 made-up curves."""
-    irradiance = np.linspace(0, 1, 1024, dtype=np.float32)
-    model, rng = MODELS["gumbel3"], np.random.default_rng(3)
-    steps = rng.normal(size=(201, 4)) * [0.4, 0.2, 0.1, 0.1]
-    brightness = model.response(irradiance.astype(float), model.identity + steps)
-    brightness[:, -1] = 1
-    path = tmp_path_factory.mktemp("data") / "dorf_own.npz"
-    np.savez(
-        path,
-        I=irradiance,
-        B=np.maximum.accumulate(brightness.astype(np.float32), axis=1),
-        name=np.array([f"Film_{n // 3}CD{('Red', 'Green', 'Blue')[n % 3]}" for n in range(201)]),
-        scale_class=np.array(["graph-log-log-neg"] * 150 + ["graph-lin-lin"] * 51),
-    )
-    return path
-
-
 def small(path: Path | None) -> Dorf:
     """Fewer curves and samples than any file of DoRF has."""
     whole = load_dorf(path)

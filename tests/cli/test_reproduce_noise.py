@@ -13,7 +13,6 @@ import pytest
 from PIL import Image
 
 from chartless.experiments import noise, noise_sweeps
-from chartless.models import MODELS
 
 Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
@@ -45,24 +44,6 @@ def scenes(tmp_path: Path) -> Path:
         levels = np.random.default_rng(number).integers(0, 256, (60, 80, 3), dtype=np.uint8)
         Image.fromarray(levels).save(folder / f"{number}.png")
     return folder
-
-
-@pytest.fixture(scope="module")
-def dorf_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A file of 201 made-up curves."""
-    irradiance = np.linspace(0, 1, 1024, dtype=np.float32)
-    steps = np.random.default_rng(3).normal(size=(201, 3)) * [0.4, 0.2, 0.1]
-    brightness = MODELS["gumbel2"].response(irradiance.astype(float), steps)
-    brightness[:, -1] = 1
-    path = tmp_path_factory.mktemp("data") / "dorf_own.npz"
-    np.savez(
-        path,
-        I=irradiance,
-        B=np.maximum.accumulate(brightness.astype(np.float32), axis=1),
-        name=np.array([f"Film_{n // 3}CD{('Red', 'Green', 'Blue')[n % 3]}" for n in range(201)]),
-        scale_class=np.array(["graph-log-log-neg"] * 201),
-    )
-    return path
 
 
 @pytest.fixture

@@ -3,9 +3,11 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from typing import ClassVar, NamedTuple
 
 from chartless._registry import Registry
 from chartless.cooccurrence import Cooccurrence
+from chartless.errors import ParameterError
 from chartless.response import Response
 from chartless.types import Counts, JsonObject
 
@@ -13,9 +15,21 @@ ChannelProgress = Callable[[float], None]
 """Called now and then with the share of the work done, 0 … 1."""
 
 
+class ChannelEvidence(NamedTuple):
+    """What a method is given of one channel; see `AbstractCalibrator.calibrate`."""
+
+    channel: str
+    table: Cooccurrence
+    n_frames: int
+    dark: Counts | None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractCalibrator(ABC):
     """Settings in the constructor, evidence to `calibrate`, a `Response` out."""
+
+    uses_dark: ClassVar[bool] = False
+    """Whether frames taken with the lens covered tell this method anything."""
 
     @property
     def settings(self) -> JsonObject:
@@ -33,7 +47,11 @@ class AbstractCalibrator(ABC):
         model = getattr(self, "model", None)
         return None if model is None else str(model.name)
 
+    @property
     @abstractmethod
+    def method(self) -> str:
+        """Name in `CALIBRATORS`."""
+
     def calibrate(
         self,
         table: Cooccurrence,
@@ -68,6 +86,15 @@ class AbstractCalibrator(ABC):
         ParameterError
             If the method makes no use of dark frames and is given some.
         """
+        if dark is not None and not self.uses_dark:
+            msg = f"{self.method} makes no use of dark frames: choose the method likelihood"
+            raise ParameterError(msg)
+        return self._estimate(ChannelEvidence(channel, table, n_frames, dark), progress)
+
+    @abstractmethod
+    def _estimate(
+        self, evidence: ChannelEvidence, progress: ChannelProgress | None
+    ) -> Response: ...
 
 
 CALIBRATORS: Registry[Callable[..., AbstractCalibrator]] = Registry("method")

@@ -2,12 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 from typing_extensions import override
 
-from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
+from chartless.calibrators._base import (
+    CALIBRATORS,
+    AbstractCalibrator,
+    ChannelEvidence,
+    ChannelProgress,
+)
 from chartless.cooccurrence import Cooccurrence
 from chartless.curve_space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
@@ -72,6 +77,8 @@ class LikelihoodSearch(AbstractCalibrator):
         If a setting has no meaning.
     """
 
+    uses_dark: ClassVar[bool] = True
+
     model: AbstractModel | None = None
     prior: CurvePrior | None = None
     weight: float = PAIR_WEIGHT
@@ -81,18 +88,17 @@ class LikelihoodSearch(AbstractCalibrator):
             msg = f"weight must lie above 0 and not above 1, not {self.weight!r}"
             raise ParameterError(msg)
 
+    @property
     @override
-    def calibrate(
-        self,
-        table: Cooccurrence,
-        *,
-        channel: str = "Y",
-        n_frames: int = 2,
-        dark: Counts | None = None,
-        progress: ChannelProgress | None = None,
-    ) -> Response:
-        found = self.search(table, n_frames=n_frames, dark=dark, progress=progress)
-        return self._response(table, channel, found, [])
+    def method(self) -> str:
+        return "likelihood"
+
+    @override
+    def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
+        found = self.search(
+            evidence.table, n_frames=evidence.n_frames, dark=evidence.dark, progress=progress
+        )
+        return self._response(evidence.table, evidence.channel, found, [])
 
     def calibrate_together(
         self,
@@ -188,7 +194,7 @@ class LikelihoodSearch(AbstractCalibrator):
             n_levels=table.n_levels,
             observed_levels=table.observed_levels,
             n_pairs=table.n_pairs,
-            method="likelihood",
+            method=self.method,
             status=Status.CONVERGED if settled else Status.LIMIT_REACHED,
             deviance=deviance,
             log_evidence=best.log_evidence,

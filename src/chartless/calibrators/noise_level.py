@@ -6,11 +6,14 @@ from typing import final
 import numpy as np
 from typing_extensions import override
 
-from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
-from chartless.cooccurrence import Cooccurrence
+from chartless.calibrators._base import (
+    CALIBRATORS,
+    AbstractCalibrator,
+    ChannelEvidence,
+    ChannelProgress,
+)
 from chartless.curve_space import FreeCurve, free_curve
 from chartless.curves import SampledCurve
-from chartless.errors import ParameterError
 from chartless.flags import Flag
 from chartless.likelihood import PairCounts
 from chartless.log_slopes import CurvePrior, measured_prior
@@ -19,7 +22,6 @@ from chartless.noise_level import noise_level_start
 from chartless.outliers import SOME_MOVERS, without_outliers
 from chartless.posterior import at_levels, deviations_at_levels, warped
 from chartless.response import Response, Status
-from chartless.types import Counts
 
 
 @final
@@ -38,19 +40,14 @@ class NoiseLevelSearch(AbstractCalibrator):
 
     prior: CurvePrior | None = None
 
+    @property
     @override
-    def calibrate(
-        self,
-        table: Cooccurrence,
-        *,
-        channel: str = "Y",
-        n_frames: int = 2,
-        dark: Counts | None = None,
-        progress: ChannelProgress | None = None,
-    ) -> Response:
-        if dark is not None:
-            msg = "nlf makes no use of dark frames: choose the method likelihood"
-            raise ParameterError(msg)
+    def method(self) -> str:
+        return "nlf"
+
+    @override
+    def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
+        table = evidence.table
         prior = self.prior or measured_prior(table.n_levels)
         still, outliers = without_outliers(table)
         fit, _ = noise_level_start(PairCounts.of(still), prior)
@@ -65,13 +62,13 @@ class NoiseLevelSearch(AbstractCalibrator):
         if progress is not None:
             progress(1.0)
         response = Response(
-            name=channel,
+            name=evidence.channel,
             curve=SampledCurve.from_inverse(inverse),
             noise=fit.noise(TYPICAL_RATIO),
             n_levels=table.n_levels,
             observed_levels=table.observed_levels,
             n_pairs=table.n_pairs,
-            method="nlf",
+            method=self.method,
             status=Status.CONVERGED,
             inverse_lut_std=np.hypot(within, 0.5 * (high - low)),
             outliers=outliers,

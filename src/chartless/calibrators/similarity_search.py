@@ -9,7 +9,12 @@ import numpy as np
 from typing_extensions import override
 
 from chartless._optimize import Minimum, nelder_mead
-from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
+from chartless.calibrators._base import (
+    CALIBRATORS,
+    AbstractCalibrator,
+    ChannelEvidence,
+    ChannelProgress,
+)
 from chartless.cooccurrence import Cooccurrence
 from chartless.curves import ModelCurve
 from chartless.errors import ParameterError, UnknownNameError
@@ -18,7 +23,7 @@ from chartless.models import AbstractModel, AmeegcExact
 from chartless.noise import AffineNoise
 from chartless.objectives import OBJECTIVES, BinnedPairs, half_levels
 from chartless.response import Response, SearchHistory, Status
-from chartless.types import Counts, Floats
+from chartless.types import Floats
 from chartless.whitening import whitening
 
 # Limits of the noise search in 8-bit units. U of cameras lies in 0.01 … 0.5, V in 0.1 … 100
@@ -110,29 +115,24 @@ class SimilaritySearch(AbstractCalibrator):
             raise UnknownNameError(kind, self.objective, OBJECTIVES)
         AffineNoise.from_8bit(*self.start)  # raises if it is no noise
 
+    @property
     @override
-    def calibrate(
-        self,
-        table: Cooccurrence,
-        *,
-        channel: str = "Y",
-        n_frames: int = 2,
-        dark: Counts | None = None,
-        progress: ChannelProgress | None = None,
-    ) -> Response:
-        if dark is not None:
-            msg = f"ism-{self.objective} makes no use of dark frames: choose the method likelihood"
-            raise ParameterError(msg)
+    def method(self) -> str:
+        return f"ism-{self.objective}"
+
+    @override
+    def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
+        table = evidence.table
         found = self.search(table, progress=progress)
         curve = ModelCurve(self.model.name, tuple(map(float, found.parameters)))
         response = Response(
-            name=channel,
+            name=evidence.channel,
             curve=curve,
             noise=found.noise,
             n_levels=table.n_levels,
             observed_levels=table.observed_levels,
             n_pairs=table.n_pairs,
-            method=f"ism-{self.objective}",
+            method=self.method,
             status=found.status,
             similarity=found.attained,
             history=found.history,
