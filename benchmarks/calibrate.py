@@ -6,7 +6,7 @@ A pair of simulated 8-bit PNG frames of 1600 × 900 pixels, once in colour and o
 
 decode       read both files
 accumulate   count the level pairs of all channels and check the frames
-search       the search with the settings of the source paper, channels in threads
+search       the estimate by the default method, one channel after the other
 process      `chartless calibrate A B -o camera.json`, start to end
 least        start Python, import numpy and scipy.special, decode both with the same reader:
              what any program of this kind must do

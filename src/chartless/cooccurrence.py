@@ -6,12 +6,14 @@ so frames are read once, counted and forgotten.
 """
 
 from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from chartless.errors import ParameterError
-from chartless.types import Counts, Floats, Levels
+from chartless.types import Counts, Floats, Indices, Levels
 
 MIN_LEVELS = 16
 """Fewer levels than this hide the noise of any camera worth calibrating."""
@@ -122,6 +124,40 @@ class Cooccurrence:
         """Lowest and highest level that occur; (0, -1) of an empty table."""
         (seen,) = np.nonzero(self.histogram)
         return (int(seen[0]), int(seen[-1])) if seen.size else (0, -1)
+
+
+class DifferenceMoments(NamedTuple):
+    """What the differences of pairs add up to at each sum of their two levels, shape (2L − 1,)."""
+
+    pairs: Floats
+    """Number of pairs."""
+    total: Floats
+    """Sum of later less earlier."""
+    squares: Floats
+    """Sum of the squares of that."""
+
+
+def difference_moments(counts: Counts | Floats) -> DifferenceMoments:
+    """Moments of the difference of level pairs, counted or expected, of shape (L, L).
+
+    At equal sum the difference has mean 0 when the frames are exchangeable, free of
+    regression to the mean, so drift and noise are read from it there.
+    """
+    sums, difference, squared = _cells(len(counts))
+    weight = np.asarray(counts, dtype=np.float64).ravel()
+
+    def summed(values: Floats) -> Floats:
+        return np.asarray(np.bincount(sums, values), dtype=np.float64)
+
+    return DifferenceMoments(summed(weight), summed(weight * difference), summed(weight * squared))
+
+
+@cache
+def _cells(n_levels: int) -> tuple[Indices, Floats, Floats]:
+    """Sum of the levels of each cell, their difference, and its square, shape (L²,)."""
+    level = np.arange(n_levels)
+    difference = (level - level[:, np.newaxis]).ravel().astype(np.float64)
+    return (level[:, np.newaxis] + level).ravel(), difference, difference**2
 
 
 def noise_level_function(counts: Counts | Floats) -> Floats:

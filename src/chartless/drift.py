@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chartless.cooccurrence import Cooccurrence
+from chartless.cooccurrence import Cooccurrence, DifferenceMoments, difference_moments
 from chartless.outliers import difference_deviation, without_outliers
 from chartless.types import Counts, Floats
 
@@ -47,19 +47,16 @@ def drift_share(table: Cooccurrence) -> float:
 
     What chance explains is taken off, and three deviations of it: few pixels prove no drift.
     """
-    earlier, later = np.nonzero(table.counts)
-    counts = table.counts[earlier, later].astype(np.float64)
-    difference = (later - earlier).astype(np.float64)
-    energy = counts @ difference**2
+    return _share(difference_moments(table.counts))
+
+
+def _share(moments: DifferenceMoments) -> float:
+    energy = float(moments.squares.sum())
     if energy == 0:
         return 0.0
-    level = earlier + later
-    n = np.bincount(level, weights=counts)
-    total = np.bincount(level, weights=counts * difference)
-    squares = np.bincount(level, weights=counts * difference**2)
     # n mean² estimates n drift² + variance: take the variance off where it can be estimated.
-    several = n > 1
-    n, total, squares = n[several], total[several], squares[several]
+    several = moments.pairs > 1
+    n, total, squares = (each[several] for each in moments)
     explained = total**2 / n
     by_chance = (squares - explained) / (n - 1)
     certain = explained.sum() - by_chance.sum() - 3 * np.sqrt(2 * (by_chance**2).sum())
@@ -77,13 +74,11 @@ def estimated_drift(table: Cooccurrence) -> Drift | None:
     if drift_share(table) <= _NOTHING:
         return None
     still = without_outliers(table).table
-    if drift_share(still) <= _NOTHING:
+    moments = difference_moments(still.counts)
+    if _share(moments) <= _NOTHING:
         return None
-    earlier, later = np.nonzero(still.counts)
-    counts = still.counts[earlier, later].astype(np.float64)
-    sums = np.arange(2 * table.n_levels - 1)
-    n = np.bincount(earlier + later, counts, sums.size)
-    total = np.bincount(earlier + later, counts * (later - earlier), sums.size)
+    n, total, squares = moments
+    sums = np.arange(n.size)
     deviation = difference_deviation(still)
     # Near the ends clipping hides the drift.
     clear = np.minimum(sums, sums[-1] - sums) >= _CLEAR * deviation
@@ -97,8 +92,7 @@ def estimated_drift(table: Cooccurrence) -> Drift | None:
         powers[used] * weight[:, np.newaxis], total[used] / n[used] * weight, rcond=None
     )[0]
     drift = powers @ found
-    energy = counts @ (later - earlier) ** 2.0
-    share = float(n @ drift**2 / energy)
+    share = float(n @ drift**2 / squares.sum())
     if share <= _NOTHING:
         return None
     relative = float(n[used] @ np.abs(drift[used]) / (n[used] @ sums[used] / 2))

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from chartless.cooccurrence import difference_moments
 from chartless.likelihood import PairCounts, PairModel, Scene, with_scene
 from chartless.log_slopes import CurvePrior, bin_edges, irradiance_at_edges
 from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, AffineNoise
@@ -70,22 +71,18 @@ def noise_levels(pairs: Floats) -> tuple[Floats, Floats]:
     -------
     (ndarray, ndarray) of shapes (L,)
     """
-    n_levels = len(pairs)
-    level = np.arange(n_levels)
-    total = (level[:, np.newaxis] + level).ravel()
-    squares = ((level[:, np.newaxis] - level) ** 2).ravel()
-    counts = np.bincount(total, pairs.ravel(), 2 * n_levels - 1) / 2
-    moments = np.bincount(total, pairs.ravel() * squares, 2 * n_levels - 1) / 2
-    # Odd sums lie halfway between two levels: half of them for each.
+    by_sum, _, squares = difference_moments(pairs)
+    # Symmetric counts hold each pair twice. Odd sums lie halfway between two levels: half of them
+    # for each.
     counts, moments = (
         each[::2] + 0.5 * (np.append(each[1::2], 0) + np.append(0, each[1::2]))
-        for each in (counts, moments)
+        for each in (by_sum / 2, squares / 2)
     )
     return moments / np.maximum(counts, 1) / 2 - 1 / 12, counts
 
 
 def fit_noise_levels(
-    pairs: Floats,
+    seen: tuple[Floats, Floats],
     prior: CurvePrior,
     ratio: float,
     *,
@@ -95,8 +92,8 @@ def fit_noise_levels(
 
     Parameters
     ----------
-    pairs : ndarray, shape (L, L)
-        Symmetric counts of level pairs.
+    seen : (ndarray, ndarray) of shapes (L,)
+        Variance and number of pairs about each level, by `noise_levels`.
     prior : CurvePrior
     ratio : float
         r = u/v.
@@ -110,7 +107,7 @@ def fit_noise_levels(
     """
     n_levels = prior.n_levels
     log_floor = float(np.log(AffineNoise.from_8bit(*TYPICAL_8BIT).floor))
-    variance, counts = noise_levels(pairs)
+    variance, counts = seen
     deviation = np.sqrt(np.maximum(variance / seen_share, _LEAST_VARIANCE))
     level = np.arange(n_levels)
     inside = (level - _CLIPPED * deviation >= _CLIPPED) & (
@@ -148,9 +145,10 @@ def noise_level_start(
     The noise level is fitted twice: the first fit tells what the differences of pairs show of
     the variance, given the histogram of the scene; the second allows for it.
     """
-    first = fit_noise_levels(counts.pairs, prior, ratio)
+    seen = noise_levels(counts.pairs)
+    first = fit_noise_levels(seen, prior, ratio)
     model = with_scene(first.edges, first.noise(ratio), counts, _SCENE_STEPS)
-    fit = fit_noise_levels(counts.pairs, prior, ratio, seen_share=_seen_share(model))
+    fit = fit_noise_levels(seen, prior, ratio, seen_share=_seen_share(model))
     log_weights = model.scene.log_weights
     return fit, Scene(model.scene.nodes, log_weights - log_weights.mean())
 
