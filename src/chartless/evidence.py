@@ -12,39 +12,22 @@ and down, so over many pairs it would look like noise.
 Two frames are held at a time, and the tables.
 """
 
-import math
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from chartless.cooccurrence import Cooccurrence, level_table
+from chartless.channels import planes_of, require_alike, require_mask
+from chartless.cooccurrence import Cooccurrence
 from chartless.drift import Drift, compensated, estimated_drift
-from chartless.errors import ParameterError, UnfitFramesError
-from chartless.frame import Frame
+from chartless.errors import UnfitFramesError
+from chartless.frame import Frame, FrameSource
 from chartless.outliers import outlying
 from chartless.screening import EMPTY, PairCheck, channel_correlation, check_pair, empty_share
 from chartless.types import Bools, Counts, Levels
 
-CHANNELS = ("auto", "rgb", "luma")
-"""Ways to split a frame: as it is; red, green and blue; or the luma of the three."""
-_MOST_STOPS = 0.1  # rounding of EXIF stays below
 _DARKEST = 0.25  # of the range: steep curves lift the noise of black
-# Y of JPEG files: ITU-R BT.601.
-_LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
-
-
-@dataclass(frozen=True, slots=True)
-class FrameSource:
-    """Where a frame came from."""
-
-    path: Path
-    sha256: str
-    """Digest of the file or, without one, of its levels."""
-    remarks: tuple[str, ...]
-    """Of reading it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,9 +84,6 @@ def noise_evidence(
     ParameterError
         If `channels` or `n_levels` does not suit the frames, or the mask their size.
     """
-    if channels not in CHANNELS:
-        msg = f"channels must be one of {', '.join(CHANNELS)}, not {channels!r}"
-        raise ParameterError(msg)
     tables: dict[str, Cooccurrence] = {}
     checks: list[PairCheck] = []
     sources: list[FrameSource] = []
@@ -111,11 +91,10 @@ def noise_evidence(
     frame: Frame | None = None
     for frame in frames:
         if before is not None:
-            _require_alike(before[0], frame)
-        elif mask is not None and mask.shape != frame.levels.shape[:2]:
-            msg = f"the mask is {_size(mask)}, the frames are {_size(frame.levels)} pixels"
-            raise ParameterError(msg)
-        planes = _planes(frame, channels, n_levels)
+            require_alike(before[0], frame)
+        else:
+            require_mask(mask, frame)
+        planes = planes_of(frame, channels, n_levels)
         if before is not None:
             if np.array_equal(before[0].levels, frame.levels):
                 msg = (
@@ -128,7 +107,7 @@ def noise_evidence(
                 tables[name] = tables[name] + pair if name in tables else pair
             checks.append(check)
         before = frame, planes
-        sources.append(FrameSource(frame.path, frame.sha256, frame.remarks))
+        sources.append(frame.source)
         if on_frame is not None:
             on_frame(frame)
     if frame is None or not checks:
@@ -205,7 +184,7 @@ def dark_histograms(
     """
     histograms: dict[str, Counts] = {}
     for frame in frames:
-        planes = _planes(frame, channels, n_levels)
+        planes = planes_of(frame, channels, n_levels)
         if planes.keys() != set(names):
             msg = (
                 f"{frame.path} has the channels {', '.join(planes)}, the lit frames "
@@ -222,54 +201,3 @@ def dark_histograms(
                 raise UnfitFramesError(msg)
             histograms[name] = histograms[name] + counts if name in histograms else counts
     return histograms
-
-
-def _planes(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:
-    levels = frame.levels
-    n_channels = levels.shape[-1]
-    if n_channels == 1 and channels == "rgb":
-        msg = f"{frame.path} is grey and has no red, green and blue: leave --channels at auto"
-        raise ParameterError(msg)
-    if channels == "luma" and n_channels == 3:  # noqa: PLR2004 - red, green, blue
-        luma: Levels = np.rint(levels @ _LUMA).astype(levels.dtype)
-        planes = {"Y": luma}
-    else:
-        planes = {name: levels[..., c] for c, name in enumerate(frame.channel_names)}
-    reduce = level_table(frame.bit_depth, n_levels)
-    if reduce.size == n_levels:
-        return planes
-    return {name: reduce[plane] for name, plane in planes.items()}
-
-
-def _require_alike(first: Frame, other: Frame) -> None:
-    a, b = first.levels, other.levels
-    if a.shape[:2] != b.shape[:2]:
-        what = "size", _size(a), _size(b)
-    elif a.shape[2] != b.shape[2]:
-        what = "channels", f"{a.shape[2]}", f"{b.shape[2]}"
-    elif first.bit_depth != other.bit_depth:
-        what = "bit depth", f"{first.bit_depth} bits", f"{other.bit_depth} bits"
-    elif _stops(first, other) > _MOST_STOPS:
-        what = "exposure", _settings(first), _settings(other)
-    else:
-        return
-    msg = (
-        f"the frames differ in {what[0]}: {first.path} has {what[1]}, {other.path} has "
-        f"{what[2]}; give frames from one camera with one setting"
-    )
-    raise UnfitFramesError(msg)
-
-
-def _stops(first: Frame, other: Frame) -> float:
-    """Difference of exposure in stops; 0 where a file does not tell."""
-    if first.exposure is None or other.exposure is None:
-        return 0.0
-    return abs(math.log2(first.exposure / other.exposure))
-
-
-def _settings(frame: Frame) -> str:
-    return f"{frame.exposure_time:g} s, f/{frame.f_number:g}, ISO {frame.iso:g}"
-
-
-def _size(array: npt.NDArray[np.generic]) -> str:
-    return f"{array.shape[1]} × {array.shape[0]}"

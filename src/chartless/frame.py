@@ -1,9 +1,48 @@
 """Pictures as values: what a file held; no file format is known here."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from chartless.types import Floats32, Levels
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """What the camera noted about a picture; None where the file does not say."""
+
+    exposure_time: float | None = None
+    """Seconds."""
+    f_number: float | None = None
+    iso: float | None = None
+    camera: str | None = None
+    """Maker and model."""
+
+    @property
+    def exposure(self) -> float | None:
+        """Exposure t · ISO / N² up to a constant factor, if EXIF tells all three."""
+        if self.exposure_time is None or self.f_number is None or self.iso is None:
+            return None
+        return self.exposure_time * self.iso / self.f_number**2
+
+    def __str__(self) -> str:
+        known = (
+            (self.exposure_time, "{:g} s"),
+            (self.f_number, "f/{:g}"),
+            (self.iso, "ISO {:g}"),
+        )
+        told = ", ".join(text.format(value) for value, text in known if value is not None)
+        return told or "nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class FrameSource:
+    """Where a frame came from."""
+
+    path: Path
+    sha256: str
+    """Digest of the file or, without one, of its levels."""
+    remarks: tuple[str, ...]
+    """Of reading it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -16,12 +55,8 @@ class Frame:
         The file.
     levels : ndarray of uint8 or uint16, shape (height, width, channels), C-contiguous
         As stored: no colour conversion, no rotation. One channel (grey) or three (RGB).
-    exposure_time : float, optional
-        Seconds. This and the fields below come from EXIF; None if the file does not say.
-    f_number : float, optional
-    iso : float, optional
-    camera : str, optional
-        Maker and model.
+    settings : CameraSettings
+        From EXIF.
     orientation : int
         EXIF orientation 1 … 8: how a viewer should turn the picture. 1 is as stored.
     remarks : tuple of str
@@ -32,10 +67,7 @@ class Frame:
 
     path: Path
     levels: Levels
-    exposure_time: float | None = None
-    f_number: float | None = None
-    iso: float | None = None
-    camera: str | None = None
+    settings: CameraSettings = field(default_factory=CameraSettings)
     orientation: int = 1
     remarks: tuple[str, ...] = ()
     sha256: str = ""
@@ -46,11 +78,9 @@ class Frame:
         return 8 * self.levels.itemsize
 
     @property
-    def exposure(self) -> float | None:
-        """Exposure t · ISO / N² up to a constant factor, if EXIF tells all three."""
-        if self.exposure_time is None or self.f_number is None or self.iso is None:
-            return None
-        return self.exposure_time * self.iso / self.f_number**2
+    def source(self) -> FrameSource:
+        """Where it came from: what is kept when the levels are forgotten."""
+        return FrameSource(self.path, self.sha256, self.remarks)
 
     @property
     def channel_names(self) -> tuple[str, ...]:

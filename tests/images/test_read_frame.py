@@ -63,7 +63,7 @@ def test_levels_come_back_as_stored(
     assert np.array_equal(frame.levels, stored)
     assert frame.bit_depth == 8 * np.dtype(dtype).itemsize
     assert frame.channel_names == (("Y",) if n_channels == 1 else ("R", "G", "B"))
-    assert (frame.orientation, frame.remarks, frame.camera) == (1, (), None)
+    assert (frame.orientation, frame.remarks, frame.settings.camera) == (1, (), None)
 
 
 @pytest.mark.parametrize("suffix", ["bmp", "webp"])
@@ -193,10 +193,10 @@ def test_exposure_camera_and_orientation_come_from_exif(
 
     frame = read_frame(path)
 
-    assert frame.exposure_time == pytest.approx(1 / 125, rel=1e-3)
-    assert frame.f_number == pytest.approx(2.8, rel=1e-3)
-    assert frame.iso == 400
-    assert frame.camera == "Leica M11"
+    assert frame.settings.exposure_time == pytest.approx(1 / 125, rel=1e-3)
+    assert frame.settings.f_number == pytest.approx(2.8, rel=1e-3)
+    assert frame.settings.iso == 400
+    assert frame.settings.camera == "Leica M11"
     assert frame.orientation == 6
     assert frame.levels.shape == rgb.shape, "not rotated"
 
@@ -204,7 +204,11 @@ def test_exposure_camera_and_orientation_come_from_exif(
 def test_exif_of_a_tiff_is_read(save: Save, rgb: Pixels) -> None:
     frame = read_frame(save("frame.tif", rgb, ExposureTime=0.5, FNumber=8.0, Orientation=3))
 
-    assert (frame.exposure_time, frame.f_number, frame.iso) == (0.5, 8.0, None)
+    assert (frame.settings.exposure_time, frame.settings.f_number, frame.settings.iso) == (
+        0.5,
+        8.0,
+        None,
+    )
     assert frame.orientation == 3
 
 
@@ -215,14 +219,14 @@ def test_exif_of_a_tiff_is_read(save: Save, rgb: Pixels) -> None:
 def test_maker_is_not_named_twice(
     maker: str, model: str, camera: str, save: Save, rgb: Pixels
 ) -> None:
-    assert read_frame(save("frame.jpg", rgb, Make=maker, Model=model)).camera == camera
+    assert read_frame(save("frame.jpg", rgb, Make=maker, Model=model)).settings.camera == camera
 
 
 def test_foreign_bytes_in_exif_do_no_harm(save: Save, rgb: Pixels) -> None:
     path = save("frame.jpg", rgb, Make="MAKERX", Orientation=1)
     path.write_bytes(path.read_bytes().replace(b"MAKERX", b"\xff\xfe\nK\x80X"))
 
-    camera = read_frame(path).camera
+    camera = read_frame(path).settings.camera
 
     assert camera is not None
     assert camera.isprintable()

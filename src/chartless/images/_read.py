@@ -15,7 +15,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 
 from chartless.errors import ImageError
-from chartless.frame import Frame, Picture
+from chartless.frame import CameraSettings, Frame, Picture
 from chartless.images._png import SIGNATURE as PNG_SIGNATURE
 from chartless.images._png import PngHeader, read_png_header
 
@@ -79,14 +79,23 @@ def read_frame(path: str | os.PathLike[str]) -> Frame:
     return Frame(
         path=path,
         levels=levels,
-        exposure_time=_number(spec, "ExposureTime"),
-        f_number=_number(spec, "FNumber"),
-        iso=_number(spec, "Exif:PhotographicSensitivity") or _number(spec, "Exif:ISOSpeedRatings"),
-        camera=_camera(spec),
+        settings=_settings(spec),
         orientation=_orientation(spec),
         remarks=tuple(_remarks(source, spec, png)),
         sha256=_digest(path),
     )
+
+
+def read_settings(path: str | os.PathLike[str]) -> CameraSettings:
+    """Read what the camera noted about a picture, without its pixels.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, unreadable or no picture.
+    """
+    path = Path(path)
+    return _settings(_open(path, _read_head(path)).spec())
 
 
 def read_values(path: str | os.PathLike[str]) -> Picture:
@@ -295,6 +304,16 @@ def _number(spec: oiio.ImageSpec, name: str) -> float | None:
     if not isinstance(value, int | float) or not 0 < value < math.inf:
         return None
     return float(value)
+
+
+def _settings(spec: oiio.ImageSpec) -> CameraSettings:
+    iso = _number(spec, "Exif:PhotographicSensitivity") or _number(spec, "Exif:ISOSpeedRatings")
+    return CameraSettings(
+        exposure_time=_number(spec, "ExposureTime"),
+        f_number=_number(spec, "FNumber"),
+        iso=iso,
+        camera=_camera(spec),
+    )
 
 
 def _camera(spec: oiio.ImageSpec) -> str | None:
