@@ -34,11 +34,12 @@ from chartless.curve_space import free_curve
 from chartless.curves import SrgbCurve
 from chartless.likelihood import PairCounts, PairModel
 from chartless.log_slopes import measured_prior
-from chartless.noise import AffineNoise
+from chartless.noise import TYPICAL_RATIO, AffineNoise
 from chartless.noise_level import noise_level_start
 from chartless.posterior import PAIR_WEIGHT, State, integrated, ridge, ridge_share
 from chartless.response import rmse
 from chartless.simulate import simulate_frames
+from chartless.terms import PairTerm
 
 SIZE = (900, 1600)
 NOISE = AffineNoise.from_8bit(0.03, 16.0)
@@ -64,14 +65,17 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
     counts = PairCounts.of(table, weight=PAIR_WEIGHT)
     prior, space = measured_prior(table.n_levels), free_curve(table.n_levels)
     fit, light = noise_level_start(counts, prior)
-    begin = State(space.nearest(fit.edges), fit.log_floor, light)
-    modes = ridge(counts, space, begin)
+    term, share = PairTerm(counts, light.nodes.size), ridge_share(counts, space)
+    begin = State.at_ratio(
+        TYPICAL_RATIO, space.nearest(fit.edges), fit.log_floor, (light.log_weights,)
+    )
+    modes = ridge([term], space, begin, share)
     best = max(modes, key=lambda mode: mode.log_evidence)
     likelihood, nlf = LikelihoodSearch(), NoiseLevelSearch()
     response = likelihood.calibrate(table)
 
     def model() -> PairModel:
-        return PairModel(best.edges, best.noise, best.state.scene)
+        return term.fit(best.edges, best.noise, best.state.own[0]).model
 
     def expand() -> object:
         fresh = model()
@@ -90,10 +94,8 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
         "seconds": {
             "likelihood": seconds(lambda: likelihood.calibrate(table), repeats),
             "start": seconds(lambda: noise_level_start(counts, prior), repeats),
-            "ridge": seconds(lambda: ridge(counts, space, begin), repeats),
-            "integrate": seconds(
-                lambda: integrated(modes, space, ridge_share(counts, space)), repeats
-            ),
+            "ridge": seconds(lambda: ridge([term], space, begin, share), repeats),
+            "integrate": seconds(lambda: integrated(modes, space, share), repeats),
             "nlf": seconds(lambda: nlf.calibrate(table), repeats),
             "expand": seconds(expand, repeats),
             "log_likelihood": seconds(lambda: model().log_likelihood(counts), repeats),

@@ -15,7 +15,7 @@ from chartless.calibration_file import to_json
 from chartless.cli import main
 from chartless.curves import SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError, OutputError
-from chartless.flags import Flag
+from chartless.flags import Flag, Pattern
 from chartless.response import SearchHistory, Status
 
 
@@ -107,11 +107,24 @@ def test_three_channels(path: Path) -> None:
 
 
 def test_deviations_are_kept(path: Path) -> None:
-    std = np.linspace(0, 0.01, 16) ** 2
+    arrays = {
+        "inverse_lut_std": np.linspace(0, 0.01, 16) ** 2,
+        "inverse_lut_std_with_dark": np.linspace(0, 0.009, 16) ** 2,
+        "parameter_covariance": np.diag([0.1, 0.2, 1 / 3]) + 1e-7,
+    }
 
-    loaded = again(one(response_of(inverse_lut_std=std)), path)
+    loaded = again(one(response_of(**arrays)), path).channels[0]
 
-    assert np.array_equal(loaded.channels[0].inverse_lut_std, std)
+    for name, array in arrays.items():
+        assert np.array_equal(getattr(loaded, name), array), name
+
+
+@pytest.mark.parametrize("pattern", [None, *Pattern])
+def test_the_pattern_of_a_misfit_is_kept(pattern: Pattern | None, path: Path) -> None:
+    loaded = again(one(response_of(pattern=pattern)), path)
+
+    assert loaded.channels[0].pattern is pattern
+    assert loaded.patterns == ({} if pattern is None else {pattern: ["Y"]})
 
 
 rows = st.lists(st.integers(0, 2**53), min_size=16, max_size=16) | st.just([0] * 16)
@@ -169,13 +182,19 @@ def test_a_curve_of_no_model_is_kept_by_its_samples(path: Path) -> None:
 def test_files_without_the_extras_are_read(path: Path) -> None:
     save(one(response_of()), path)
     content = json.loads(path.read_text())
-    for extra in ("search", "cooccurrence"):
+    for extra in (
+        *("search", "cooccurrence", "deviance", "pattern"),
+        *("inverse_lut_std_with_dark", "parameters_covariance"),
+    ):
         del content["channels"][0][extra]
     path.write_text(json.dumps(content))
 
     response = load(path).channels[0]
 
-    assert (response.history, response.table) == (None, None)
+    assert (response.history, response.table, response.deviance) == (None, None, None)
+    assert response.pattern is None
+    assert response.inverse_lut_std_with_dark is None
+    assert response.parameter_covariance is None
 
 
 def test_unknown_keys_are_no_harm(path: Path) -> None:
@@ -327,7 +346,10 @@ CHANNEL = ("channels", 0)
         ((*CHANNEL, "inverse_lut", 3), None, "inverse_lut"),
         ((*CHANNEL, "inverse_lut", 3), "x", "x"),
         ((*CHANNEL, "inverse_lut_std"), [0.1], "inverse_lut_std should be 16 numbers"),
+        ((*CHANNEL, "inverse_lut_std_with_dark"), [0.1], "std_with_dark should be 16 numbers"),
+        ((*CHANNEL, "parameters_covariance"), [[0.1]], "covariance should be 3 × 3 numbers"),
         ((*CHANNEL, "flags"), ["haunted"], "'haunted'"),
+        ((*CHANNEL, "pattern"), "haunted", "the pattern 'haunted' is unknown"),
         ((*CHANNEL, "status"), "asleep", "asleep"),
         ((*CHANNEL, "noise", "u"), -1, "U = -255"),
         ((*CHANNEL, "noise", "v"), 0, "V = 0"),
@@ -402,7 +424,8 @@ PLACES = [
     *(
         (*CHANNEL, key)
         for key in (
-            *("name", "parameters", "inverse_lut", "inverse_lut_std", "noise"),
+            *("name", "parameters", "inverse_lut", "inverse_lut_std", "noise", "pattern"),
+            *("inverse_lut_std_with_dark", "parameters_covariance"),
             *("observed_levels", "pairs", "status", "flags", "search", "cooccurrence"),
         )
     ),

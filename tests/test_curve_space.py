@@ -157,6 +157,18 @@ def test_the_prior_of_a_family_is_standard_normal(name: str) -> None:
     np.testing.assert_array_equal(space.precision, np.eye(MODELS[name].n_parameters))
 
 
+@pytest.mark.parametrize("name", ["gamma", "ameegc2-exact", "emor4"])
+def test_the_covariance_of_parameters_is_that_of_draws(name: str) -> None:
+    space = FamilyCurve(MODELS[name], 16)
+    root = np.random.default_rng(3).normal(size=(space.mean.size, space.mean.size))
+    draws = np.random.default_rng(4).normal(size=(20_000, space.mean.size)) @ root.T
+    drawn = np.cov(np.array([space.parameters(draw) for draw in draws]).T, ddof=0)
+
+    covariance = space.parameter_covariance(np.atleast_2d(np.cov(draws.T, ddof=0)))
+
+    np.testing.assert_allclose(covariance, np.atleast_2d(drawn), rtol=1e-9, atol=1e-14)
+
+
 def test_edges_never_decrease_where_a_member_does() -> None:
     """EMoR has members that fall in places; the likelihood has no use for negative bins."""
     model = MODELS["emor4"]

@@ -1,26 +1,32 @@
 """Figures: what is drawn, not how it looks."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, named_curve
 from chartless.cooccurrence import noise_level_function
 from chartless.errors import ImageError, OutputError
+from chartless.flags import Pattern
 from chartless.objectives import expected_counts, half_levels
 from chartless.plotting import (
     draw_cooccurrence,
     draw_noise,
+    draw_residuals,
     draw_response,
     draw_search,
     overview,
     save_figure,
 )
-from chartless.response import SearchHistory, Status
+from chartless.response import NoiseError, SearchHistory, Status
 from chartless.simulate import simulate_frames
+from chartless.types import Floats
 
 NOISE = AffineNoise.from_8bit(0.05, 9)
 
@@ -59,7 +65,7 @@ def test_one_page_shows_everything(table: Cooccurrence) -> None:
     figure = overview(Calibration(channels=channels, bit_depth=8), truth=named_curve("linear"))
 
     titles = [axes.get_title() for axes in figure.axes]
-    for word in ("Response", "Level pairs, channel G", "Noise", "Search"):
+    for word in ("Response", "Level pairs, channel G", "Seen less", "Noise", "Search"):
         assert any(word in title for title in titles), titles
     for name in "RGB":
         assert f"{name} (RMSE 0.000)" in texts(figure)
@@ -134,10 +140,74 @@ def test_level_pairs_of_few_levels(n_levels: int, table: Cooccurrence) -> None:
     assert second.lines
 
 
-def test_level_pairs_without_a_table_say_so() -> None:
+def drawn_residuals(response: Response) -> Floats:
+    """By level and difference, from −R to R."""
+    axes = Figure().subplots()
+    draw_residuals(axes, response)
+    (mesh,) = (each for each in axes.collections if isinstance(each, QuadMesh))
+    assert mesh.get_clim() == (-4, 4)
+    return np.ma.filled(mesh.get_array(), np.nan).reshape(-1, response.n_levels)
+
+
+def test_residuals_of_a_good_fit_are_chance(table: Cooccurrence) -> None:
+    """Of the truth itself, in deviations of Poisson counts."""
+    residuals = drawn_residuals(response_of(table=table))
+
+    middle = len(residuals) // 2
+    core = residuals[middle - 8 : middle + 9, 40:216]
+    assert np.std(core) == pytest.approx(1, abs=0.05)
+    # Equal levels; a bit less, as this model knows the total of each row.
+    assert np.std(core[8]) == pytest.approx(0.9, abs=0.1)
+    assert abs(core.mean()) < 0.05
+
+
+def test_residuals_leave_out_what_means_over_the_ratio_get_wrong(table: Cooccurrence) -> None:
+    """Noise a tenth too small, of a method that gives its error, is scaled to that of the pairs."""
+    small = AffineNoise(0.9 * NOISE.slope, 0.9 * NOISE.floor)
+    error = NoiseError(0.5, 0.2, -0.9)
+
+    scaled, plain = (
+        drawn_residuals(response_of(table=table, noise=small, noise_error=each))
+        for each in (error, None)
+    )
+
+    middle = len(scaled) // 2
+    assert np.abs(scaled[middle - 1 : middle + 2, 40:216].mean()) < 0.1
+    assert plain[middle - 1 : middle + 2, 40:216].mean() < -0.5
+
+
+@pytest.mark.parametrize(("other", "variance"), [(103, 1), (97, 1), (100, 2)])
+def test_a_residual_is_what_is_seen_too_much(
+    other: int, variance: int, table: Cooccurrence
+) -> None:
+    """Pairs of one level with itself are counted twice, so that chance counts double."""
+    counts = table.counts.copy()
+    counts[100, other] += 1000
+    symmetric = Cooccurrence(counts).symmetric
+    expected = expected_counts(symmetric, half_levels(256), NOISE)[100, other]
+
+    residuals = drawn_residuals(response_of(table=Cooccurrence(counts)))
+
+    drawn = residuals[len(residuals) // 2 + other - 100, 100]
+    assert drawn == pytest.approx(
+        (symmetric[100, other] - expected) / np.sqrt(variance * expected), rel=1e-9
+    )
+    assert drawn > 30
+
+
+def test_the_pattern_of_a_misfit_is_named_above_its_residuals(table: Cooccurrence) -> None:
     axes = Figure().subplots()
 
-    draw_cooccurrence(axes, response_of())
+    draw_residuals(axes, response_of(table=table, pattern=Pattern.PEAKED))
+
+    assert axes.get_title() == "Seen less expected: peaked"
+
+
+@pytest.mark.parametrize("draw", [draw_cooccurrence, draw_residuals])
+def test_level_pairs_without_a_table_say_so(draw: Callable[[Axes, Response], None]) -> None:
+    axes = Figure().subplots()
+
+    draw(axes, response_of())
 
     assert "no co-occurrence table" in axes.texts[0].get_text()
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
-from chartless.flags import Flag
+from chartless.flags import Flag, Pattern
 from chartless.response import Response
 from chartless.types import Floats32, JsonObject, Levels
 
@@ -41,6 +41,15 @@ class Calibration:
             flag: names
             for flag in Flag
             if (names := [each.name for each in self.channels if flag in each.flags])
+        }
+
+    @property
+    def patterns(self) -> dict[Pattern, list[str]]:
+        """How channels misfit, with the names of the channels concerned."""
+        return {
+            pattern: names
+            for pattern in Pattern
+            if (names := [each.name for each in self.channels if each.pattern is pattern])
         }
 
     def linearize(self, levels: Levels) -> Floats32:

@@ -20,7 +20,7 @@ from chartless.calibration import Calibration
 from chartless.cooccurrence import MIN_LEVELS, Cooccurrence
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
-from chartless.flags import Flag
+from chartless.flags import Flag, Pattern
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
 from chartless.response import NoiseError, Response, SearchHistory, Status
@@ -113,22 +113,28 @@ def _response_to_json(response: Response) -> JsonObject:
     return {
         "name": response.name,
         "parameters": _parameters(curve),
+        "parameters_covariance": _maybe(response.parameter_covariance, np.ndarray.tolist),
         "inverse_lut": response.inverse_lut.tolist(),
-        "inverse_lut_std": _maybe(response.inverse_lut_std, lambda std: std.tolist()),
+        "inverse_lut_std": _maybe(response.inverse_lut_std, np.ndarray.tolist),
+        "inverse_lut_std_with_dark": _maybe(response.inverse_lut_std_with_dark, np.ndarray.tolist),
         "response_lut": response.response_lut.tolist(),
-        "noise": {
-            "u": response.noise.slope,
-            "v": response.noise.floor,
-            "U": response.noise.slope_8bit,
-            "V": response.noise.floor_8bit,
-            "std": _maybe(response.noise_error, asdict),
-        },
+        "noise": _maybe(
+            response.noise,
+            lambda noise: {
+                "u": noise.slope,
+                "v": noise.floor,
+                "U": noise.slope_8bit,
+                "V": noise.floor_8bit,
+                "std": _maybe(response.noise_error, asdict),
+            },
+        ),
         "observed_levels": list(response.observed_levels),
         "pairs": response.n_pairs,
         "status": response.status.value,
         "outliers": response.outliers,
         "similarity": response.similarity,
         "deviance": response.deviance,
+        "pattern": _maybe(response.pattern, lambda pattern: pattern.code),
         "log_evidence": response.log_evidence,
         "flags": [flag.code for flag in response.flags],
         "search": _maybe(
@@ -149,6 +155,7 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         msg = f"levels should lie between {MIN_LEVELS} and {MOST_LEVELS}, not {n_levels}"
         raise ValueError(msg)
     inverse_lut = _numbers(entry, "inverse_lut", n_levels)
+    noise = entry["noise"]
     low, high = (int(level) for level in entry["observed_levels"])
     if not 0 <= low <= high < n_levels:
         msg = f"observed_levels {low} to {high} of {n_levels}"
@@ -156,7 +163,7 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
     return Response(
         name=str(entry["name"]),
         curve=_curve(content["model"], entry["parameters"], inverse_lut),
-        noise=AffineNoise(float(entry["noise"]["u"]), float(entry["noise"]["v"])),
+        noise=_maybe(noise, lambda told: AffineNoise(float(told["u"]), float(told["v"]))),
         n_levels=n_levels,
         observed_levels=(low, high),
         n_pairs=int(entry["pairs"]),
@@ -165,11 +172,20 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         outliers=_maybe(entry.get("outliers"), float),
         similarity=_maybe(entry.get("similarity"), float),
         deviance=_maybe(entry.get("deviance"), float),
+        pattern=_maybe(entry.get("pattern"), Pattern.from_code),
         log_evidence=_maybe(entry.get("log_evidence"), float),
-        noise_error=_maybe(entry["noise"].get("std"), lambda std: NoiseError(**std)),
+        noise_error=_maybe((noise or {}).get("std"), lambda std: NoiseError(**std)),
         flags=tuple(Flag.from_code(code) for code in entry["flags"]),
         inverse_lut_std=_maybe(
             entry["inverse_lut_std"], lambda _: _numbers(entry, "inverse_lut_std", n_levels)
+        ),
+        inverse_lut_std_with_dark=_maybe(
+            entry.get("inverse_lut_std_with_dark"),
+            lambda _: _numbers(entry, "inverse_lut_std_with_dark", n_levels),
+        ),
+        parameter_covariance=_maybe(
+            entry.get("parameters_covariance"),
+            lambda _: _numbers(entry, "parameters_covariance", *2 * (len(entry["parameters"]),)),
         ),
         history=_maybe(entry.get("search"), _history),
         table=_maybe(entry.get("cooccurrence"), lambda table: _table(table, n_levels)),
@@ -192,10 +208,10 @@ def _parameters(curve: AbstractCurve) -> dict[str, float] | None:
     return dict(zip(names, curve.parameters, strict=True))
 
 
-def _numbers(entry: JsonObject, key: str, size: int) -> Floats:
+def _numbers(entry: JsonObject, key: str, *shape: int) -> Floats:
     values = np.asarray(entry[key], dtype=np.float64)
-    if values.shape != (size,) or not np.isfinite(values).all():
-        msg = f"{key} should be {size} numbers"
+    if values.shape != shape or not np.isfinite(values).all():
+        msg = f"{key} should be {' × '.join(map(str, shape))} numbers"
         raise ValueError(msg)
     return values
 

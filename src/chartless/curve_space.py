@@ -150,6 +150,10 @@ class FamilyCurve(AbstractCurveSpace):
         """Raw parameters of the family, shape (P,)."""
         return self._whitening.colour(coordinates)
 
+    def parameter_covariance(self, covariance: Floats) -> Floats:
+        """Covariance of the raw parameters, shape (P, P), from that of coordinates: exact."""
+        return np.asarray(self._whitening.matrix @ covariance @ self._whitening.matrix.T)
+
     @override
     def edges(self, coordinates: Floats) -> Floats:
         edges = self.model.inverse(self._brightness, self.parameters(coordinates))

@@ -1,13 +1,41 @@
 """What may be doubtful about a calibration, in words: the flags of a result.
 
-A result that exists but deserves less trust is flagged, not refused. The values are what
-calibration files hold; `advice` is what people are shown.
+A result that exists but deserves less trust is flagged, not refused; one that does not explain its
+evidence has a pattern of misfit besides. The values are what calibration files hold; `advice` is
+what people are shown.
 """
 
 from enum import Enum
+from typing import Self
 
 
-class Flag(Enum):
+class _Advice(Enum):
+    """Words with a name for files."""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.code}>"
+
+    @property
+    def code(self) -> str:
+        """Name in calibration files."""
+        return str(self.value[0])
+
+    @property
+    def advice(self) -> str:
+        """What it means and what to do, in one sentence."""
+        return str(self.value[1])
+
+    @classmethod
+    def from_code(cls, code: str) -> Self:
+        """Member with this name; raises ValueError for one that this version does not know."""
+        for member in cls:
+            if member.code == code:
+                return member
+        msg = f"the {cls.__name__.lower()} {code!r} is unknown to this version of chartless"
+        raise ValueError(msg)
+
+
+class Flag(_Advice):
     """A doubt about a result, with what to do about it."""
 
     LEVELS_UNSEEN = (
@@ -15,6 +43,13 @@ class Flag(Enum):
         (
             "the frames show only part of the brightness range; outside it the curve is "
             "extrapolated: include dark and bright parts in the scene"
+        ),
+    )
+    DARK_LEVELS_UNSEEN = (
+        "dark-levels-unseen",
+        (
+            "the scene has no dark parts, so that the noise at black and the curve there are "
+            "guessed: take two frames with the lens covered and give them as --dark"
         ),
     )
     CLIPPED = (
@@ -98,24 +133,43 @@ class Flag(Enum):
         "the search was still improving when it stopped: raise --rounds",
     )
 
-    def __repr__(self) -> str:
-        return f"<Flag {self.code}>"
 
-    @property
-    def code(self) -> str:
-        """Name in calibration files."""
-        return self.value[0]
+class Pattern(_Advice):
+    """How the level pairs differ from what the model expects, with what makes them so."""
 
-    @property
-    def advice(self) -> str:
-        """What it means and what to do, in one sentence."""
-        return self.value[1]
-
-    @classmethod
-    def from_code(cls, code: str) -> "Flag":
-        """Flag with this name; raises ValueError for one that this version does not know."""
-        for flag in cls:
-            if flag.code == code:
-                return flag
-        msg = f"the flag {code!r} is unknown to this version of chartless"
-        raise ValueError(msg)
+    PEAKED = (
+        "peaked",
+        (
+            "more pixels hardly change and more change a lot than Gaussian noise makes them, the "
+            "mark of denoising and compression: switch these off or use a higher quality"
+        ),
+    )
+    FAR_TAILS = (
+        "far-tails",
+        (
+            "some pixels change far more than the others, the mark of movers, flicker and faulty "
+            "pixels: keep the scene still or leave such parts out with --mask"
+        ),
+    )
+    FLAT_TOPPED = (
+        "flat-topped",
+        (
+            "no pixel changes as much as Gaussian noise makes some, the mark of noise that was "
+            "limited, dithered or made up: give frames as the camera writes them"
+        ),
+    )
+    LEVEL_WISE = (
+        "level-wise",
+        (
+            "single levels occur more or less often than their neighbours, the mark of stretching, "
+            "tone mapping and few bits: give frames as the camera writes them"
+        ),
+    )
+    NOISE_LEVEL = (
+        "noise-level",
+        (
+            "the noise is Gaussian but not as strong at each level as the model has it, the mark "
+            "of a family too stiff for the camera and of processing that depends on brightness: "
+            "leave --model away, switch HDR off"
+        ),
+    )

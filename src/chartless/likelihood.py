@@ -213,7 +213,10 @@ class PairModel:
         information = self.information(directions)
         information *= counts.n_pairs * counts.weight
         if counts.dark.any():
-            self._add_dark(counts.dark, directions[:, 0], gradient, information)
+            rates = directions[:, 0]
+            told = slice(self.edges.size + rates.size)
+            gradient[told] += self._dark_changes(rates).T @ (counts.dark / self.dark)
+            information[told, told] += self.dark_information(float(counts.dark.sum()), rates)
         return Expansion(self.log_likelihood(counts), gradient, information)
 
     def _gradient(self, counts: PairCounts, directions: Floats) -> Floats:
@@ -264,24 +267,30 @@ class PairModel:
         information[scene, scene] = _of_scene(a, p, inverse)
         return information
 
-    def _add_dark(
-        self, counts: Floats, rates: Floats, gradient: Floats, information: Floats
-    ) -> None:
-        """Add what dark frames tell of the edges and, by its rates at black, of the noise."""
+    def dark_information(self, n_pixels: float, rates: Floats) -> Floats:
+        """Expected Fisher information of dark pixels on the edges and on the noise.
+
+        Parameters
+        ----------
+        n_pixels : float
+        rates : ndarray, shape (D,)
+            How the variance at black changes with each unknown of the noise.
+
+        Returns
+        -------
+        ndarray, shape (L − 1 + D, L − 1 + D)
+        """
+        change = self._dark_changes(rates)
+        return np.asarray(n_pixels * change.T @ (change / self.dark[:, np.newaxis]))
+
+    def _dark_changes(self, rates: Floats) -> Floats:
+        """How `dark` changes with the edges and the noise, shape (L, L − 1 + D)."""
         deviation = np.sqrt(self.noise.floor)
         distance = self.edges / deviation
         density = _NORMAL * np.exp(-0.5 * distance**2)
-        n_inner = self.edges.size
-        change = np.zeros((counts.size, n_inner + rates.size))  # of the levels
-        inner = np.arange(n_inner)
-        change[inner, inner] = density / deviation
-        change[inner + 1, inner] = -density / deviation
         by_variance = _differences(density * distance / (-2 * self.noise.floor))
-        change[:, n_inner:] = by_variance[:, np.newaxis] * rates
-        where = slice(n_inner + rates.size)
-        gradient[where] += change.T @ (counts / self.dark)
-        relative = change / self.dark[:, np.newaxis]
-        information[where, where] += counts.sum() * change.T @ relative
+        by_edge = _differences(np.diag(density / deviation))
+        return np.hstack([by_edge, by_variance[:, np.newaxis] * rates])
 
 
 def n_nodes_for(noise: AffineNoise) -> int:

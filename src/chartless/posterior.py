@@ -11,17 +11,19 @@ rises and falls, and scenes are not as the model takes them, however many pixels
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_triangular
 
 from chartless._pchip import pchip
-from chartless.curve_space import AbstractCurveSpace, in_coordinates
+from chartless.curve_space import AbstractCurveSpace, FamilyCurve, in_coordinates
 from chartless.errors import ParameterError
-from chartless.likelihood import Expansion, PairCounts, PairModel, Scene, scene_precision
+from chartless.likelihood import DARK_PIXELS, PairCounts
 from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
+from chartless.stabilised import log_extent, warped
+from chartless.terms import AbstractFit, AbstractTerm, PairFit
 from chartless.types import Floats
 
 PAIR_WEIGHT = 0.2
@@ -42,35 +44,46 @@ _FINE = 40  # ratios from one mode to the next at which they are interpolated
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """A state of knowledge at a given ratio r."""
+    """A state of knowledge."""
 
     coordinates: Floats
     """Of the curve, in its space, shape (P,)."""
-    log_floor: float
-    """ln v."""
-    scene: Scene
+    log_noise: Floats
+    """(ln u, ln v)."""
+    own: tuple[Floats, ...]
+    """Unknowns of each term."""
 
-    def noise(self, ratio: float) -> AffineNoise:
-        """Noise with u = r v."""
-        floor = float(np.exp(self.log_floor))
-        return AffineNoise(ratio * floor, floor)
+    @classmethod
+    def at_ratio(
+        cls, ratio: float, coordinates: Floats, log_floor: float, own: tuple[Floats, ...]
+    ) -> "State":
+        """State with u = r v."""
+        return cls(coordinates, np.array([np.log(ratio) + log_floor, log_floor]), own)
+
+    @property
+    def noise(self) -> AffineNoise:
+        """U and v."""
+        slope, floor = np.exp(self.log_noise)
+        return AffineNoise(float(slope), float(floor))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mode:
-    """The most probable state at a ratio."""
+    """The most probable state, at a ratio or at all."""
 
-    ratio: float
-    """u/v, for irradiance from 0 to 1."""
     state: State
     edges: Floats
     """Shape (L − 1,)."""
+    fits: tuple[AbstractFit, ...]
+    """The terms at this state."""
+    mix: Floats
+    """How (ln u, ln v) follow from the unknowns of the noise: one if r was held, or both."""
     log_evidence: float
     """ln of the probability of the counts at this ratio, by Laplace, up to a constant."""
     known: float
-    """The part of it that is prior of the noise and dark frames: never weighted down."""
+    """The part of it that is never weighted down: prior of the noise, and what is firm."""
     factor: Floats
-    """Lower triangle R with R Rᵀ the information on coordinates, ln v and ln p."""
+    """Lower triangle R with R Rᵀ the information on coordinates, noise and own unknowns."""
     steps: int
     settled: bool
     """Whether the search came to its end."""
@@ -78,20 +91,41 @@ class Mode:
     @property
     def noise(self) -> AffineNoise:
         """Noise at the mode."""
-        return self.state.noise(self.ratio)
+        return self.state.noise
+
+    @property
+    def ratio(self) -> float:
+        """R = u/v."""
+        return float(np.exp(self.state.log_noise[0] - self.state.log_noise[1]))
 
 
-def maximise(counts: PairCounts, space: AbstractCurveSpace, ratio: float, start: State) -> Mode:
-    """Most probable state at a ratio of the noise parameters, by Fisher scoring."""
-    prior = _Prior(space, ratio, start.scene.nodes.size)
+def maximise(
+    terms: Sequence[AbstractTerm],
+    space: AbstractCurveSpace,
+    start: State,
+    *,
+    hold_ratio: bool = True,
+) -> Mode:
+    """Most probable state, by Fisher scoring.
+
+    Parameters
+    ----------
+    terms : sequence of AbstractTerm
+        Whose log-likelihoods are added.
+    space : AbstractCurveSpace
+    start : State
+    hold_ratio : bool
+        Whether u/v stays what it is at the start. Level pairs of one exposure hardly tell it.
+    """
+    # At fixed r, ln u and ln v move together.
+    mix = np.ones((1, 2)) if hold_ratio else np.eye(2)
+    prior = _Prior(space, terms, mix)
     state = start
-    model = _model(space, state, ratio)
-    value = model.log_likelihood(counts) + prior.log_density(state)
+    fits = _fits(terms, space, state)
+    value = _value(fits) + prior.log_density(state)
     damping, settled = 1e-4, False
     for steps in range(1, _MOST_STEPS + 1):  # noqa: B007 - used after the loop
-        # At fixed r, ln u and ln v move together: the variance itself is the direction.
-        expansion = model.expand(counts, model.deviation[np.newaxis] ** 2)
-        gradient, information = _in_coordinates(space, state, expansion)
+        gradient, information = _expanded(fits, space, state, mix)
         gradient += prior.gradient(state)
         information += prior.precision
         diagonal = np.diag(information).copy()
@@ -100,13 +134,13 @@ def maximise(counts: PairCounts, space: AbstractCurveSpace, ratio: float, start:
             damped[np.diag_indices_from(damped)] += damping * diagonal
             step = cho_solve(cho_factor(damped, lower=True, check_finite=False), gradient)
             scale = min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-9))
-            trial = _moved(state, scale * step)
+            trial = _moved(terms, state, scale * step, mix)
             try:
-                trial_model = _model(space, trial, ratio)
+                trial_fits = _fits(terms, space, trial)
             except ParameterError:  # no member of the family
                 trial_value = -np.inf
             else:
-                trial_value = trial_model.log_likelihood(counts) + prior.log_density(trial)
+                trial_value = _value(trial_fits) + prior.log_density(trial)
             if trial_value >= value - _ROUNDING:
                 break
             damping = max(8 * damping, 1e-6)
@@ -114,18 +148,18 @@ def maximise(counts: PairCounts, space: AbstractCurveSpace, ratio: float, start:
             settled = float(gradient @ step) < _SETTLED
             break
         settled = trial_value - value < _SETTLED and scale == 1.0
-        state, model, value = trial, trial_model, trial_value
+        state, fits, value = trial, trial_fits, trial_value
         if settled:  # the information has hardly changed since
             break
         damping = max(damping / 8, 1e-9)
     factor = cholesky(information, lower=True, check_finite=False)
-    dark = float(counts.dark @ np.log(model.dark)) if counts.dark.any() else 0.0
     return Mode(
-        ratio=ratio,
         state=state,
         edges=space.edges(state.coordinates),
+        fits=fits,
+        mix=mix,
         log_evidence=value + 0.5 * space.log_precision - float(np.log(np.diag(factor)).sum()),
-        known=prior.log_density_of_noise(state) + dark,
+        known=prior.log_density_of_noise(state) + sum(fit.firm for fit in fits),
         factor=factor,
         steps=steps,
         settled=settled,
@@ -133,103 +167,103 @@ def maximise(counts: PairCounts, space: AbstractCurveSpace, ratio: float, start:
 
 
 class _Prior:
-    """Of coordinates, ln v and ln p at one ratio."""
+    """Of coordinates, noise and the own unknowns of the terms."""
 
-    def __init__(self, space: AbstractCurveSpace, ratio: float, n_nodes: int) -> None:
+    def __init__(
+        self, space: AbstractCurveSpace, terms: Sequence[AbstractTerm], mix: Floats
+    ) -> None:
         centre = AffineNoise.from_8bit(*TYPICAL_8BIT)
-        self._log_slope = np.log(centre.slope) - np.log(ratio)  # of ln v, from that of ln u
-        self._log_floor = np.log(centre.floor)
-        self._space = space
-        self._scene = scene_precision(n_nodes)
-        size = space.mean.size
-        self.precision = np.zeros((size + 1 + n_nodes, size + 1 + n_nodes))
-        self.precision[:size, :size] = space.precision
-        self.precision[size, size] = 2 / TYPICAL_SPREAD**2
-        self.precision[size + 1 :, size + 1 :] = self._scene
+        self._log_noise = np.log([centre.slope, centre.floor])
+        self._mix = mix
+        self._centres = [space.mean, *(term.own_mean for term in terms)]
+        self._precisions = [space.precision, *(term.own_precision for term in terms)]
+        curve, *rest = self._precisions
+        self.precision = block_diag(curve, mix @ mix.T / TYPICAL_SPREAD**2, *rest)
 
     def log_density(self, state: State) -> float:
-        away = state.coordinates - self._space.mean
-        log_weights = state.scene.log_weights
-        squares = away @ self._space.precision @ away + log_weights @ self._scene @ log_weights
-        return self.log_density_of_noise(state) - 0.5 * float(squares)
+        squares = sum(float(away @ pull) for away, pull in self._away(state))
+        return self.log_density_of_noise(state) - 0.5 * squares
 
     def log_density_of_noise(self, state: State) -> float:
-        squares = (state.log_floor - self._log_slope) ** 2 + (
-            state.log_floor - self._log_floor
-        ) ** 2
-        return -0.5 * float(squares) / TYPICAL_SPREAD**2
+        away = state.log_noise - self._log_noise
+        return -0.5 * float(away @ away) / TYPICAL_SPREAD**2
 
     def gradient(self, state: State) -> Floats:
-        away = state.coordinates - self._space.mean
-        noise = 2 * state.log_floor - self._log_slope - self._log_floor
-        return np.concatenate(
-            [
-                -self._space.precision @ away,
-                [-noise / TYPICAL_SPREAD**2],
-                -self._scene @ state.scene.log_weights,
-            ]
-        )
+        noise = self._mix @ (state.log_noise - self._log_noise) / TYPICAL_SPREAD**2
+        (_, curve), *rest = self._away(state)
+        return -np.concatenate([curve, noise, *(pull for _, pull in rest)])
+
+    def _away(self, state: State) -> list[tuple[Floats, Floats]]:
+        """How far curve and own unknowns are from their means, and that times the precision."""
+        parts = zip((state.coordinates, *state.own), self._centres, self._precisions, strict=True)
+        away = [(value - centre, precision) for value, centre, precision in parts]
+        return [(each, precision @ each) for each, precision in away]
 
 
-def _model(space: AbstractCurveSpace, state: State, ratio: float) -> PairModel:
-    return PairModel(space.edges(state.coordinates), state.noise(ratio), state.scene)
-
-
-def _moved(state: State, step: Floats) -> State:
-    size = state.coordinates.size
-    log_weights = state.scene.log_weights + step[size + 1 :]
-    return State(
-        state.coordinates + step[:size],
-        state.log_floor + float(step[size]),
-        Scene(state.scene.nodes, log_weights - log_weights.mean()),
+def _fits(
+    terms: Sequence[AbstractTerm], space: AbstractCurveSpace, state: State
+) -> tuple[AbstractFit, ...]:
+    edges = space.edges(state.coordinates)
+    return tuple(
+        term.fit(edges, state.noise, own) for term, own in zip(terms, state.own, strict=True)
     )
 
 
-def _in_coordinates(
-    space: AbstractCurveSpace, state: State, expansion: Expansion
+def _value(fits: Sequence[AbstractFit]) -> float:
+    return sum(fit.log_likelihood() for fit in fits)
+
+
+def _moved(terms: Sequence[AbstractTerm], state: State, step: Floats, mix: Floats) -> State:
+    sizes = [state.coordinates.size, len(mix), *(own.size for own in state.own)]
+    curve, noise, *rest = np.split(step, np.cumsum(sizes)[:-1])
+    return State(
+        state.coordinates + curve,
+        state.log_noise + noise @ mix,
+        tuple(
+            term.normalised(own + change)
+            for term, own, change in zip(terms, state.own, rest, strict=True)
+        ),
+    )
+
+
+def _expanded(
+    fits: Sequence[AbstractFit], space: AbstractCurveSpace, state: State, mix: Floats
 ) -> tuple[Floats, Floats]:
-    """Gradient and information in (coordinates, ln v, ln p)."""
+    """Gradient and information in (coordinates, noise, own unknowns)."""
+    expansions = [fit.expand(mix) for fit in fits]
     pull = space.pull(state.coordinates)
-    n_inner = expansion.gradient.size - 1 - state.scene.nodes.size
-    own, rest = expansion.gradient[:n_inner], expansion.gradient[n_inner:]
-    gradient = np.concatenate([pull(own), rest])
-    return gradient, in_coordinates(expansion.information, n_inner, pull)
+    n_shared = expansions[0].gradient.size - state.own[0].size
+    n_inner = n_shared - len(mix)
+    size = n_shared + sum(own.size for own in state.own)
+    gradient, information = np.zeros(size), np.zeros((size, size))
+    first = n_shared
+    for expansion, own in zip(expansions, state.own, strict=True):
+        where = np.r_[:n_shared, first : first + own.size]
+        gradient[where] += expansion.gradient
+        information[np.ix_(where, where)] += expansion.information
+        first += own.size
+    gradient = np.concatenate([pull(gradient[:n_inner]), gradient[n_inner:]])
+    return gradient, in_coordinates(information, n_inner, pull)
 
 
-def warped(irradiance: Floats, ratio: float, other: float) -> Floats:
-    """Irradiance at another ratio that keeps the stabilised scale T = ∫ dI/σ, from 0 to 1.
-
-    Curves that differ by this warp alone have the same noise level at every brightness:
-    I → ((1 + a′ (√(1 + rI) − 1)/a)² − 1)/r′ with a = √(1 + r) − 1.
-    """
-    scale = np.expm1(0.5 * np.log1p(other)) / np.expm1(0.5 * np.log1p(ratio))
-    root = 1 + scale * np.expm1(0.5 * np.log1p(ratio * irradiance))
-    return np.asarray((root**2 - 1) / other)
-
-
-def _log_extent(ratio: float) -> float:
-    """Logarithm of T over the whole range, at v = 1."""
-    return float(np.log(2 * np.expm1(0.5 * np.log1p(ratio)) / ratio))
-
-
-def predicted(space: AbstractCurveSpace, mode: Mode, ratio: float) -> State:
+def predicted(
+    terms: Sequence[AbstractTerm], space: AbstractCurveSpace, mode: Mode, ratio: float
+) -> State:
     """State at another ratio with the same noise level at every brightness."""
-    state, nodes = mode.state, mode.state.scene.nodes
-    edges = warped(mode.edges, mode.ratio, ratio)
-    log_floor = state.log_floor + 2 * (_log_extent(ratio) - _log_extent(mode.ratio))
-    moved = warped(nodes, mode.ratio, ratio)
-    log_weights = state.scene.log_weights - np.log(np.gradient(moved, nodes))
-    return State(
-        space.nearest(edges),
-        log_floor,
-        Scene(nodes, np.interp(nodes, moved, log_weights - log_weights.mean())),
+    before = mode.ratio
+    edges = warped(mode.edges, before, ratio)
+    log_floor = float(mode.state.log_noise[1]) + 2 * (log_extent(ratio) - log_extent(before))
+    own = tuple(
+        term.at_ratio(own, before, ratio) for term, own in zip(terms, mode.state.own, strict=True)
     )
+    return State.at_ratio(ratio, space.nearest(edges), log_floor, own)
 
 
 def ridge(
-    counts: PairCounts,
+    terms: Sequence[AbstractTerm],
     space: AbstractCurveSpace,
     start: State,
+    share: float,
     *,
     on_mode: Callable[[int], None] | None = None,
 ) -> list[Mode]:
@@ -240,32 +274,33 @@ def ridge(
 
     Parameters
     ----------
-    counts : PairCounts
+    terms : sequence of AbstractTerm
     space : AbstractCurveSpace
     start : State
         At `TYPICAL_RATIO`.
+    share : float
+        Weight of the pairs' evidence along the ridge, see `ridge_share`.
     on_mode : callable, optional
         Called with the number of modes found, at most that of `RATIOS`.
     """
-    share = ridge_share(counts, space)
-    places = {RATIOS.index(TYPICAL_RATIO): maximise(counts, space, TYPICAL_RATIO, start)}
+    places = {RATIOS.index(TYPICAL_RATIO): maximise(terms, space, start)}
     first = next(iter(places))
     best = _weighted(places[first], share)
     for way in (1, -1):
         place = first
         while 0 <= place + way < len(RATIOS) and _weighted(places[place], share) > best - _DROP:
             ratio = RATIOS[place + way]
-            begin = predicted(space, places[place], ratio)
+            begin = predicted(terms, space, places[place], ratio)
             place += way
-            places[place] = maximise(counts, space, ratio, begin)
+            places[place] = maximise(terms, space, begin)
             best = max(best, _weighted(places[place], share))
             if on_mode is not None:
                 on_mode(len(places))
-    return _refined(counts, space, [places[place] for place in sorted(places)], share)
+    return _refined(terms, space, [places[place] for place in sorted(places)], share)
 
 
 def _refined(
-    counts: PairCounts, space: AbstractCurveSpace, modes: list[Mode], share: float
+    terms: Sequence[AbstractTerm], space: AbstractCurveSpace, modes: list[Mode], share: float
 ) -> list[Mode]:
     """Add modes where the evidence is narrower than their distance, as with dark frames."""
     for _ in range(_REFINEMENTS):
@@ -286,7 +321,7 @@ def _refined(
             peak = x[best] + (deviation if right > left else -deviation)
         ratio = float(np.exp(peak))
         near = modes[int(np.abs(x - peak).argmin())]
-        found = maximise(counts, space, ratio, predicted(space, near, ratio))
+        found = maximise(terms, space, predicted(terms, space, near, ratio))
         modes = sorted([*modes, found], key=lambda mode: mode.ratio)
     return modes
 
@@ -314,8 +349,13 @@ class Posterior:
     """Mean of (ln u, ln v)."""
     log_noise_covariance: Floats
     """Shape (2, 2)."""
+    coordinate_covariance: Floats
+    """Of the coordinates of a family, shape (P, P); (0, 0) for any curve, which has one
+    for each level."""
     best: Mode
     """Of the modes along the ridge that of highest evidence."""
+    best_variance: Floats
+    """Variance of g at the levels if the ratio is that of the best mode, shape (L,)."""
 
 
 def integrated(
@@ -338,12 +378,16 @@ def integrated(
     """
     log_ratios = np.log([mode.ratio for mode in modes])
     evidence = np.array([_weighted(mode, share) for mode in modes])
-    best = modes[int(evidence.argmax())]
+    top = int(evidence.argmax())
+    best = modes[top]
     curves = np.array([at_levels(mode.edges) for mode in modes])
-    log_floors = np.array([mode.state.log_floor for mode in modes])
+    log_floors = np.array([mode.state.log_noise[1] for mode in modes])
     within = [_variances(mode, space) for mode in modes]
     curve_variances = np.array([variance for variance, _ in within])
-    floor_variances = np.array([variance for _, variance in within])
+    noise_covariances = np.array([covariance for _, covariance in within])
+    n_coordinates = space.mean.size if isinstance(space, FamilyCurve) else 0
+    coordinates = np.array([mode.state.coordinates[:n_coordinates] for mode in modes])
+    covariances = np.array([_covariance(mode, n_coordinates) for mode in modes])
     if len(modes) > 1:
         pieces = [np.linspace(*ends, _FINE, endpoint=False) for ends in pairwise(log_ratios)]
         fine = np.concatenate([*pieces, log_ratios[-1:]])
@@ -357,8 +401,9 @@ def integrated(
             for place in np.flatnonzero(parts):
                 edges = warped(mode.edges, mode.ratio, float(np.exp(fine[place])))
                 curves[place] += parts[place] * at_levels(edges)
-        log_floors, curve_variances, floor_variances = (
-            share_of_mode.T @ values for values in (log_floors, curve_variances, floor_variances)
+        known = (log_floors, curve_variances, noise_covariances, coordinates, covariances)
+        log_floors, curve_variances, noise_covariances, coordinates, covariances = (
+            np.tensordot(share_of_mode, values, axes=(0, 0)) for values in known
         )
         log_ratios = fine
     weights = np.exp(evidence - evidence.max())
@@ -369,10 +414,42 @@ def integrated(
     mean /= mean[-1]  # rounding
     variance = weights @ (curve_variances + (curves - mean) ** 2)
     log_noise = np.stack([log_floors + log_ratios, log_floors], axis=1)
-    centre = weights @ log_noise
-    away = log_noise - centre
-    covariance = (away * weights[:, np.newaxis]).T @ away + weights @ floor_variances
-    return Posterior(mean, np.sqrt(variance), centre, covariance, best)
+    return Posterior(
+        mean,
+        np.sqrt(variance),
+        weights @ log_noise,
+        _spread(log_noise, weights) + np.tensordot(weights, noise_covariances, axes=1),
+        _spread(coordinates, weights) + np.tensordot(weights, covariances, axes=1),
+        best,
+        within[top][0],
+    )
+
+
+def _spread(values: Floats, weights: Floats) -> Floats:
+    """Covariance of rows of weights that sum to 1, shape (P, P)."""
+    away = values - weights @ values
+    return np.asarray((away * weights[:, np.newaxis]).T @ away)
+
+
+def std_with_dark(posterior: Posterior, space: AbstractCurveSpace) -> Floats:
+    """Deviation of g at the levels that would be left after two frames with the lens covered.
+
+    Each has `DARK_PIXELS` pixels or more. What they are expected to tell narrows the curve at the
+    best mode; what is unknown of the ratio stays, as they do not tell it.
+
+    Returns
+    -------
+    ndarray, shape (L,)
+    """
+    best = posterior.best
+    (model,) = (fit.model for fit in best.fits if isinstance(fit, PairFit))
+    of_edges = model.dark_information(DARK_PIXELS, best.mix[:, 1] * best.noise.floor)
+    told = in_coordinates(of_edges, best.edges.size, space.pull(best.state.coordinates))
+    information = best.factor @ best.factor.T
+    information[: len(told), : len(told)] += told
+    surer = replace(best, factor=cholesky(information, lower=True, check_finite=False))
+    after, _ = _variances(surer, space)
+    return np.sqrt(after + np.maximum(posterior.inverse_std**2 - posterior.best_variance, 0.0))
 
 
 def _told_of_ratio(modes: list[Mode], share: float, log_ratios: Floats) -> Floats:
@@ -402,12 +479,27 @@ def _level_rows(n_inner: int) -> Floats:
     return np.asarray(0.5 * (np.eye(n_inner)[:, 1:] + np.eye(n_inner)[:, :-1]))
 
 
-def _variances(mode: Mode, space: AbstractCurveSpace) -> tuple[Floats, float]:
-    """Variance of g at the levels, shape (L,), and of ln v, at the ratio of the mode."""
+def _variances(mode: Mode, space: AbstractCurveSpace) -> tuple[Floats, Floats]:
+    """Variance of g at the levels, shape (L,), and covariance of (ln u, ln v), of a mode."""
     n_inner, size = mode.edges.size, mode.state.coordinates.size
-    changes = np.zeros((len(mode.factor), n_inner))
-    changes[:size, 1:] = space.pull(mode.state.coordinates)(_level_rows(n_inner))
-    changes[size, 0] = 1.0
-    roots = solve_triangular(mode.factor, changes, lower=True, check_finite=False)
-    variances = np.einsum("ij,ij->j", roots, roots)
-    return np.concatenate([[0.0], variances[1:], [0.0]]), float(variances[0])
+    n_noise = len(mode.mix)
+    changes = np.zeros((len(mode.factor), n_inner - 1 + n_noise))
+    changes[:size, n_noise:] = space.pull(mode.state.coordinates)(_level_rows(n_inner))
+    changes[size : size + n_noise, :n_noise] = np.eye(n_noise)
+    roots = _roots(mode, changes)
+    variances = np.einsum("ij,ij->j", roots, roots)[n_noise:]
+    noise = roots[:, :n_noise].T @ roots[:, :n_noise]
+    return np.concatenate([[0.0], variances, [0.0]]), mode.mix.T @ noise @ mode.mix
+
+
+def _covariance(mode: Mode, size: int) -> Floats:
+    """Covariance of the first unknowns of a mode, shape (size, size)."""
+    if size == 0:  # LAPACK may refuse
+        return np.empty((0, 0))
+    roots = _roots(mode, np.eye(len(mode.factor), size))
+    return np.asarray(roots.T @ roots)
+
+
+def _roots(mode: Mode, changes: Floats) -> Floats:
+    """Square root of the covariance, of what changes so with the unknowns of a mode."""
+    return np.asarray(solve_triangular(mode.factor, changes, lower=True, check_finite=False))

@@ -7,7 +7,7 @@ import numpy as np
 
 from chartless.cooccurrence import Cooccurrence
 from chartless.curves import AbstractCurve
-from chartless.flags import Flag
+from chartless.flags import Flag, Pattern
 from chartless.models import UNIFORM_IRRADIANCE
 from chartless.noise import AffineNoise
 from chartless.types import Floats
@@ -61,8 +61,8 @@ class Response:
     """Channel: "R", "G", "B" or "Y"."""
     curve: AbstractCurve
     """f and its inverse g."""
-    noise: AffineNoise
-    """Noise of a single frame in irradiance."""
+    noise: AffineNoise | None
+    """Noise of a single frame in irradiance; None where the method does not tell it."""
     n_levels: int
     """Levels L of the frames as calibrated; `inverse_lut` has one entry for each."""
     observed_levels: tuple[int, int]
@@ -79,6 +79,8 @@ class Response:
     deviance: float | None = None
     """Goodness of fit of the likelihood: deviance of the level pairs over what chance gives, 1 if
     the model explains them; None where the method does not tell it."""
+    pattern: Pattern | None = None
+    """How the level pairs differ from what the model expects, where that is a misfit."""
     log_evidence: float | None = None
     """Logarithm of the probability of the pairs under the family, by Laplace, for comparing
     families on the same frames; None where the method does not tell it."""
@@ -86,6 +88,12 @@ class Response:
     """Of the noise parameters, where the method tells one."""
     inverse_lut_std: Floats | None = None
     """Standard deviation of `inverse_lut`, shape (L,), where the method tells one."""
+    inverse_lut_std_with_dark: Floats | None = None
+    """What `inverse_lut_std` would be after two frames with the lens covered, shape (L,); None
+    where there were some, for a family and where the method makes no use of them."""
+    parameter_covariance: Floats | None = None
+    """Of the parameters of the family, in their order, shape (P, P); None without a family and
+    where the method does not tell it."""
     outliers: float | None = None
     """Share of the pairs left out because they changed far more than noise explains; None where
     the method leaves none out."""

@@ -55,6 +55,7 @@ def test_json_is_the_calibration_with_the_truth(demo: tuple[Path, Any]) -> None:
         pytest.approx(rmse(response.curve, named_curve("srgb")))
         for response in calibration.channels
     ]
+    assert [channel["flags"] for channel in printed["channels"]] == [[], [], []]
     assert len(truth["rmse"]) == 3
     assert max(truth["rmse"]) < 0.06
     assert max(truth["rmse"]) < truth["rmse_linear"] / 3

@@ -2,12 +2,15 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from chartless import load, named_curve, rmse
+from chartless import Calibration, load, named_curve, rmse, save
+from chartless.flags import Flag, Pattern
 
 Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
@@ -30,6 +33,48 @@ def test_the_table_is_aligned(colour_camera: Path, chartless: Chartless) -> None
 
 def test_nothing_doubtful_nothing_said(grey_camera: Path, chartless: Chartless) -> None:
     assert chartless("show", grey_camera).err == ""
+
+
+def test_a_misfit_is_followed_by_its_pattern(
+    colour_camera: Path, chartless: Chartless, tmp_path: Path
+) -> None:
+    red, green, blue = load(colour_camera).channels
+    patterns = (Pattern.FAR_TAILS, None, Pattern.PEAKED)
+    channels = tuple(
+        replace(each, flags=(Flag.MISFIT,), pattern=pattern)
+        for each, pattern in zip((red, green, blue), patterns, strict=True)
+    )
+    save(Calibration(channels=channels, bit_depth=8), tmp_path / "misfit.json")
+
+    done = chartless("show", tmp_path / "misfit.json")
+
+    flag, peaked, tails = done.err.splitlines()
+    assert flag.startswith("chartless: note: misfit (R, G, B): ")
+    assert peaked == f"chartless: note: misfit, peaked (B): {Pattern.PEAKED.advice}"
+    assert tails == f"chartless: note: misfit, far-tails (R): {Pattern.FAR_TAILS.advice}"
+
+
+def test_it_says_what_dark_frames_would_bring(
+    grey_camera: Path, chartless: Chartless, tmp_path: Path
+) -> None:
+    """The root mean square over levels: of 0 and 0.024 in halves it is 0.017."""
+    std = np.repeat([0.0, 0.024], 128)
+    camera = replace(
+        load(grey_camera).channel("Y"),
+        inverse_lut_std=std,
+        inverse_lut_std_with_dark=std / 2,
+        flags=(Flag.DARK_LEVELS_UNSEEN,),
+    )
+    save(Calibration(channels=(camera,), bit_depth=8), tmp_path / "bright.json")
+
+    done = chartless("show", tmp_path / "bright.json")
+
+    flag, worth = done.err.splitlines()
+    assert flag.startswith("chartless: note: dark-levels-unseen (Y): the scene has no dark parts")
+    assert worth == (
+        "chartless: note: two frames with the lens covered (--dark) would bring the error of "
+        "Y from ± 0.017 to ± 0.008"
+    )
 
 
 @pytest.mark.parametrize("truth", ["srgb", "linear", "gamma:0.45", "ameegc1:-0.8,1.5"])

@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 from chartless._registry import Registry
 from chartless.cooccurrence import Cooccurrence
 from chartless.errors import ParameterError
+from chartless.exposure_likelihood import ExposureCounts
 from chartless.response import Response
 from chartless.types import Counts, JsonObject
 
@@ -19,15 +20,30 @@ class ChannelEvidence(NamedTuple):
     """What a method is given of one channel; see `AbstractCalibrator.calibrate`."""
 
     channel: str
-    table: Cooccurrence
+    pairs: Cooccurrence | None
     n_frames: int
     dark: Counts | None
+    bracket: ExposureCounts | None
+
+    @property
+    def table(self) -> Cooccurrence:
+        """Level pairs of one exposure, for methods that take noise."""
+        assert self.pairs is not None
+        return self.pairs
+
+    @property
+    def exposures(self) -> ExposureCounts:
+        """Level pairs of different exposures, for methods that take them."""
+        assert self.bracket is not None
+        return self.bracket
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractCalibrator(ABC):
     """Settings in the constructor, evidence to `calibrate`, a `Response` out."""
 
+    takes: ClassVar[frozenset[str]] = frozenset({"noise"})
+    """Kinds of evidence that the method reads, of which it needs one: "noise", "exposures"."""
     uses_dark: ClassVar[bool] = False
     """Whether frames taken with the lens covered tell this method anything."""
 
@@ -54,8 +70,9 @@ class AbstractCalibrator(ABC):
 
     def calibrate(
         self,
-        table: Cooccurrence,
+        table: Cooccurrence | None = None,
         *,
+        exposures: ExposureCounts | None = None,
         channel: str = "Y",
         n_frames: int = 2,
         dark: Counts | None = None,
@@ -65,8 +82,10 @@ class AbstractCalibrator(ABC):
 
         Parameters
         ----------
-        table : Cooccurrence
-            Level pairs of a still scene.
+        table : Cooccurrence, optional
+            Level pairs of frames of one exposure: what noise tells.
+        exposures : ExposureCounts, optional
+            Level pairs of different exposures.
         channel : str
             Name to carry in the result.
         n_frames : int
@@ -84,12 +103,19 @@ class AbstractCalibrator(ABC):
         Raises
         ------
         ParameterError
-            If the method makes no use of dark frames and is given some.
+            If the method makes no use of dark frames and is given some, or if it is given no
+            evidence that it takes, or some that it does not.
         """
+        given = {"noise"} if table is not None else set()
+        given |= {"exposures"} if exposures is not None else set()
+        if not given or not given <= self.takes:
+            wanted, got = " or ".join(sorted(self.takes)), " and ".join(sorted(given)) or "nothing"
+            msg = f"{self.method} estimates from {wanted}, not from {got}: choose another method"
+            raise ParameterError(msg)
         if dark is not None and not self.uses_dark:
             msg = f"{self.method} makes no use of dark frames: choose the method likelihood"
             raise ParameterError(msg)
-        return self._estimate(ChannelEvidence(channel, table, n_frames, dark), progress)
+        return self._estimate(ChannelEvidence(channel, table, n_frames, dark, exposures), progress)
 
     @abstractmethod
     def _estimate(

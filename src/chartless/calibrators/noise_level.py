@@ -20,8 +20,9 @@ from chartless.log_slopes import CurvePrior, measured_prior
 from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD
 from chartless.noise_level import noise_level_start
 from chartless.outliers import SOME_MOVERS, without_outliers
-from chartless.posterior import at_levels, deviations_at_levels, warped
+from chartless.posterior import at_levels, deviations_at_levels
 from chartless.response import Response, Status
+from chartless.stabilised import warped
 
 
 @final

@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # the library takes half a second to import: --help does with
     from chartless.calibration import Calibration
     from chartless.experiments import OnCase
     from chartless.response import Response
-    from chartless.types import JsonObject
+    from chartless.types import Floats, JsonObject
     from chartless.workflow import Progress
 
 FLAGGED = 3
@@ -94,6 +94,8 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     errors : sequence of float, optional
         RMSE of each channel against a known truth.
     """
+    from chartless.flags import Flag
+
     header = ["channel", "U", "V", "levels seen", "error", "fit", "status"]
     rows = []
     for response in calibration.channels:
@@ -101,10 +103,10 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
         rows.append(
             [
                 response.name,
-                _with_error(response.noise.slope_8bit, "log_slope", response, 3),
-                _with_error(response.noise.floor_8bit, "log_floor", response, 1),
+                _with_error("slope", response, 3),
+                _with_error("floor", response, 1),
                 f"{low} to {high}",
-                _error(response),
+                _error(response.inverse_lut_std),
                 _fit(response),
                 response.status.value if not response.flags else "doubtful",
             ]
@@ -116,20 +118,32 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     print_table(header, rows)
     for flag, names in calibration.flags.items():
         remark(f"{flag.code} ({', '.join(names)}): {flag.advice}")
+        if flag is Flag.DARK_LEVELS_UNSEEN:
+            changes = ", ".join(_change_by_dark(calibration.channel(name)) for name in names)
+            remark(f"two frames with the lens covered (--dark) would bring the error of {changes}")
+        if flag is Flag.MISFIT:
+            for pattern, misfits in calibration.patterns.items():
+                remark(f"misfit, {pattern.code} ({', '.join(misfits)}): {pattern.advice}")
 
 
-def _with_error(value: float, which: str, response: "Response", digits: int) -> str:
+def _change_by_dark(response: "Response") -> str:
+    now, then = map(_error, (response.inverse_lut_std, response.inverse_lut_std_with_dark))
+    return f"{response.name} from {now} to {then}"
+
+
+def _with_error(which: str, response: "Response", digits: int) -> str:
+    if response.noise is None:
+        return "-"
+    value = float(getattr(response.noise, f"{which}_8bit"))
     if response.noise_error is None:
         return f"{value:.{digits + 1}f}"
-    error = value * float(getattr(response.noise_error, which))
+    error = value * float(getattr(response.noise_error, f"log_{which}"))
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
-def _error(response: "Response") -> str:
+def _error(std: "Floats | None") -> str:
     """Root mean square of the deviations of the inverse response."""
-    if response.inverse_lut_std is None:
-        return "-"
-    return f"± {float((response.inverse_lut_std**2).mean()) ** 0.5:.3f}"
+    return "-" if std is None else f"± {float((std**2).mean()) ** 0.5:.3f}"
 
 
 def _fit(response: "Response") -> str:

@@ -381,6 +381,7 @@ def estimate(
     deviations = np.zeros(away.size)
     if response.inverse_lut_std is not None:
         deviations = response.inverse_lut_std[inner]
+    assert response.noise is not None
     return Outcome(
         rmse=rmse(response.curve, truth),
         variation=float(np.abs(np.diff(response.response_lut)).sum()),

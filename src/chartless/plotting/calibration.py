@@ -1,6 +1,8 @@
 """Figures of calibrations."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import colors, ticker
@@ -8,14 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chartless.calibration import Calibration
-from chartless.cooccurrence import Cooccurrence, noise_level_function
+from chartless.cooccurrence import Cooccurrence, difference_moments, noise_level_function
 from chartless.curves import AbstractCurve
 from chartless.likelihood import PairCounts, with_scene
+from chartless.noise import AffineNoise
 from chartless.objectives import expected_counts, half_levels
-from chartless.plotting._style import CHANNEL_COLOURS
+from chartless.plotting._style import CHANNEL_COLOURS, VERMILION
 from chartless.response import Response, rmse
-from chartless.types import Counts, Floats
+from chartless.types import Counts, Floats, Indices
 
+_MOST = 4.0  # deviations at the ends of the colour scale
 _SCENE_STEPS = 15  # of expectation maximisation, for the pairs that a model expects
 
 
@@ -31,20 +35,26 @@ def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) ->
     Returns
     -------
     Figure
-        Response; level pairs of the middle channel; noise by level; history of the search or,
-        for methods without one, the deviations of the inverse response.
+        Response; level pairs of the middle channel, and how they differ from the model; noise
+        by level; history of the search or, for methods without one, the deviations of the inverse
+        response.
     """
-    figure = Figure(figsize=(11, 8.5), layout="constrained")
-    axes = figure.subplots(2, 2)
+    figure = Figure(figsize=(11, 9.5), layout="constrained")
+    axes = figure.subplot_mosaic(
+        [["response", "pairs"], ["response", "residuals"], ["noise", "last"]],
+        height_ratios=(1, 1, 1.7),
+    )
     channels = calibration.channels
     middle = channels[len(channels) // 2]
-    draw_response(axes[0, 0], channels, truth=truth)
-    draw_cooccurrence(axes[0, 1], middle)
-    draw_noise(axes[1, 0], channels)
+    draw_response(axes["response"], channels, truth=truth)
+    draw_cooccurrence(axes["pairs"], middle)
+    axes["pairs"].set_xlabel("")  # that of the residuals below
+    draw_residuals(axes["residuals"], middle)
+    draw_noise(axes["noise"], channels)
     if any(response.history is not None for response in channels):
-        draw_search(axes[1, 1], channels)
+        draw_search(axes["last"], channels)
     else:
-        draw_deviations(axes[1, 1], channels, truth=truth)
+        draw_deviations(axes["last"], channels, truth=truth)
     flags = ", ".join(flag.code for flag in calibration.flags)
     title = f"{channels[0].method}" + (f" — doubtful: {flags}" if flags else "")
     figure.suptitle(f"Camera response by {title}", fontsize=12)
@@ -88,14 +98,59 @@ def draw_cooccurrence(axes: Axes, response: Response) -> None:
     Over the level in one frame stands the difference to the other: the band along the
     diagonal of the table, laid flat.
     """
-    axes.set(
-        title=f"Level pairs, channel {response.name} (lines: model)",
-        xlabel="level in one frame",
-        ylabel="level in the other, difference",
-    )
-    if response.table is None:
-        axes.text(0.5, 0.5, "no co-occurrence table in the file", ha="center", va="center")
+    band = _laid_flat(axes, f"Level pairs, channel {response.name} (lines: model)", response)
+    if band is None:
         return
+    image = axes.pcolormesh(
+        band.level, band.difference, np.ma.masked_equal(band.seen, 0), norm=colors.LogNorm(),
+        cmap="viridis", rasterized=True,
+    )  # fmt: skip
+    axes.figure.colorbar(image, ax=axes, label="pixel pairs")
+    decades = 10.0 ** np.arange(0, np.ceil(np.log10(max(band.seen.max(), 10))))
+    # Scenes have few pixels at some levels: smooth contours need smooth counts.
+    axes.contour(
+        band.level, band.difference, band.expected, levels=decades, colors=VERMILION, linewidths=0.7
+    )
+
+
+def draw_residuals(axes: Axes, response: Response) -> None:
+    """Level pairs less those that the model expects, in deviations of chance, laid flat likewise.
+
+    Cells of which less than one pair is expected are judged as if it were one. Grey noise
+    is a good fit; `chartless.flags.Pattern` says what shapes mean.
+    """
+    kind = "" if response.pattern is None else f": {response.pattern.code}"
+    band = _laid_flat(axes, f"Seen less expected{kind}", _of_seen_noise(response))
+    if band is None:
+        return
+    # On the diagonal symmetric counts come in twos, which doubles their variance.
+    variance = np.maximum(band.expected, 1.0) * np.where(band.difference == 0, 2, 1)
+    residual = (band.seen - band.expected) / np.sqrt(variance)
+    image = axes.pcolormesh(
+        band.level, band.difference, residual, cmap="RdBu_r", vmin=-_MOST, vmax=_MOST,
+        rasterized=True,
+    )  # fmt: skip
+    axes.figure.colorbar(image, ax=axes, label="deviations", extend="both")
+
+
+class _Band(NamedTuple):
+    """The band along the diagonal of a table, shape (2R + 1, L) each."""
+
+    level: Indices
+    difference: Indices
+    seen: Counts
+    expected: Floats
+
+
+def _laid_flat(axes: Axes, title: str, response: Response) -> _Band | None:
+    """Name the axes, and cut out the band that they show; without a table say so."""
+    axes.set(title=title, xlabel="level in one frame", ylabel="other, difference")
+    if response.table is None:
+        axes.text(
+            0.5, 0.5, "no co-occurrence table in the file", ha="center", va="center",
+            transform=axes.transAxes,
+        )  # fmt: skip
+        return None
     counts = response.table.symmetric
     n_levels = counts.shape[0]
     reach = _reach(response.table)
@@ -105,15 +160,8 @@ def draw_cooccurrence(axes: Axes, response: Response) -> None:
     other = other.clip(0, n_levels - 1)
     seen = np.where(inside, counts[level, other], 0)
     expected = np.where(inside, _expected(response, counts)[level, other], 0.0)
-    image = axes.pcolormesh(
-        level, difference, np.ma.masked_equal(seen, 0), norm=colors.LogNorm(), cmap="viridis",
-        rasterized=True,
-    )  # fmt: skip
-    axes.figure.colorbar(image, ax=axes, label="pixel pairs")
-    decades = 10.0 ** np.arange(0, np.ceil(np.log10(max(seen.max(), 10))))
-    # Scenes have few pixels at some levels: smooth contours need smooth counts.
-    axes.contour(level, difference, expected, levels=decades, colors="#d55e00", linewidths=0.7)
     axes.set_ylim(-reach, reach)
+    return _Band(level, difference, seen, expected)
 
 
 def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
@@ -190,6 +238,7 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
 
 def _expected(response: Response, counts: Counts) -> Floats:
     """Level pairs that the model expects; methods without a scene of their own take an even one."""
+    assert response.noise is not None
     inverse = response.curve.inverse(half_levels(response.n_levels))
     if response.method.startswith("ism"):
         return expected_counts(counts, inverse, response.noise)
@@ -197,6 +246,24 @@ def _expected(response: Response, counts: Counts) -> Floats:
     prepared = PairCounts(pairs, np.zeros(len(pairs)))
     model = with_scene(inverse[1::2], response.noise, prepared, _SCENE_STEPS)
     return np.asarray(model.pairs * pairs.sum())
+
+
+def _of_seen_noise(response: Response) -> Response:
+    """The response with its noise scaled to that of the pairs, where curve and noise are means.
+
+    Means over the ratio u/v are not those of any one ratio: their noise is a per cent or two
+    too small, which a million pairs notice.
+    """
+    noise = response.noise
+    if response.table is None or noise is None or response.noise_error is None:
+        return response
+    counts = response.table.symmetric
+    seen, expected = (
+        difference_moments(table[1:-1, 1:-1]).squares.sum()
+        for table in (counts, _expected(response, counts))
+    )
+    scale = float(seen / expected)
+    return replace(response, noise=AffineNoise(scale * noise.slope, scale * noise.floor))
 
 
 def _reach(table: Cooccurrence) -> int:
@@ -208,7 +275,8 @@ def _reach(table: Cooccurrence) -> int:
 
 
 def _noise_text(response: Response) -> str:
-    return f"U = {response.noise.slope_8bit:.3f}, V = {response.noise.floor_8bit:.1f}"
+    noise = response.noise
+    return "unknown" if noise is None else f"U = {noise.slope_8bit:.3f}, V = {noise.floor_8bit:.1f}"
 
 
 def _brightness(response: Response) -> Floats:

@@ -1,0 +1,109 @@
+"""Which level follows which from one exposure to another, and the curve that this asks for.
+
+The brightness transfer function takes a level of the longer exposure to the level that the same
+irradiance has in the shorter one: g(T(O)) = g(O)/ρ (Grossberg & Nayar 2003,
+doi:10.1109/TPAMI.2003.1240119). It is read as the median of each row of a comparagram, and gives a
+curve in milliseconds, from which the likelihood starts.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_array
+
+from chartless.exposure_likelihood import ExposureCounts
+from chartless.log_slopes import CurvePrior, irradiance_at_edges
+from chartless.types import Floats, Indices
+
+# Relative deviation of irradiance to which one median is trusted, besides rounding; residuals of
+# more than three deviations count less and less.
+_DOUBT, _FAR = 0.03, 3.0
+_ROUNDS = 6
+
+
+class Transfer(NamedTuple):
+    """A brightness transfer function, level by level."""
+
+    level: Indices
+    """Levels of the longer exposure whose pixels are neither black nor white in the shorter."""
+    lower: Floats
+    """Level of the shorter exposure, between 0 and L − 1."""
+
+
+def brightness_transfer(counts: Floats) -> Transfer:
+    """Read the transfer function off a comparagram, shape (L, L), rows of the longer exposure."""
+    inner = np.arange(1, len(counts) - 1)
+    level = inner[counts[inner].sum(axis=1) > 0]
+    share = np.cumsum(counts[level], axis=1) / counts[level].sum(axis=1, keepdims=True)
+    above = (share >= 0.5).argmax(axis=1)  # noqa: PLR2004 - the median
+    rows = np.arange(level.size)
+    below = np.where(above > 0, share[rows, above - 1], 0.0)
+    lower = above - 0.5 + (0.5 - below) / (share[rows, above] - below)
+    seen = (above > 0) & (above < len(counts) - 1)
+    return Transfer(level[seen], lower[seen])
+
+
+class TransferCurve(NamedTuple):
+    """A curve that follows transfer functions, and the exposures that go with it."""
+
+    edges: Floats
+    """Irradiance between the levels, shape (L − 1,)."""
+    log_exposure_changes: Floats
+    """How far ln t of each exposure is from what it is said to be, shape (K,)."""
+
+
+def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
+    """Fit log slopes to ln g(O) − ln g(T(O)) = ln ρ, by least squares with a prior.
+
+    Parameters
+    ----------
+    counts : ExposureCounts
+    prior : CurvePrior
+    """
+    n_levels, n_exposures = counts.n_levels, counts.log_exposures.size
+    transfers = [brightness_transfer(table.counts) for table in counts.tables]
+    upper = np.concatenate([each.level for each in transfers])
+    lower = np.concatenate([each.lower for each in transfers])
+    sizes = [each.level.size for each in transfers]
+    longer = np.repeat([table.longer for table in counts.tables], sizes)
+    shorter = np.repeat([table.shorter for table in counts.tables], sizes)
+    step = counts.log_exposures[longer] - counts.log_exposures[shorter]
+    row = np.arange(upper.size)
+    floor = lower.astype(np.intp)
+    part = lower - floor
+    # ln g of the levels, then changes of ln t; rows are residuals.
+    columns = [upper, floor, floor + 1, n_levels + longer, n_levels + shorter]
+    one = np.ones(upper.size)
+    entries = np.concatenate([one, part - 1, -part, -one, one])
+    places = np.tile(row, 5), np.concatenate(columns)
+    operator = csr_array((entries, places), shape=(row.size, n_levels + n_exposures))
+
+    free = counts.exposure_error > 0
+    precision = np.zeros((n_levels + n_exposures,) * 2)
+    precision[:n_levels, :n_levels] = np.linalg.inv(prior.covariance)
+    diagonal = np.arange(n_levels, n_levels + n_exposures)
+    precision[diagonal, diagonal] = 1 / counts.exposure_error**2 if free else 1e12
+    mean = np.concatenate([prior.mean, np.zeros(n_exposures)])
+    x = mean.copy()
+    for _ in range(_ROUNDS):
+        edges = irradiance_at_edges(x[:n_levels])
+        light = (edges[1:] + edges[:-1]) / 2
+        width = np.diff(edges)
+        log_light = np.log(light)
+        known = np.concatenate([log_light, x[n_levels:]])
+        residual = operator @ known - step
+        rounding = (width[upper] / light[upper]) ** 2 + (width[floor] / light[floor]) ** 2
+        variance = _DOUBT**2 + rounding / 12
+        weight = 1 / (variance + (residual / _FAR) ** 2)
+        normal = (operator.T @ (operator * weight[:, np.newaxis])).toarray()
+        pull = operator.T @ (weight * residual)
+        # ∂g_l/∂w_i: widths are w's softmax, edges their sums.
+        below = np.tril(np.ones((n_levels, n_levels)), -1) + 0.5 * np.eye(n_levels)
+        jacobian = np.eye(n_levels + n_exposures)
+        jacobian[:n_levels, :n_levels] = (below - light[:, np.newaxis]) * width
+        jacobian[:n_levels, :n_levels] /= light[:, np.newaxis]
+        information = jacobian.T @ normal @ jacobian + precision
+        gradient = -jacobian.T @ pull - precision @ (x - mean)
+        x = x + cho_solve(cho_factor(information, lower=True, check_finite=False), gradient)
+    return TransferCurve(irradiance_at_edges(x[:n_levels])[1:-1], x[n_levels:])

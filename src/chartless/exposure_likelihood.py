@@ -1,0 +1,310 @@
+r"""How probable the levels of one exposure are, given those of a longer one of the same scene.
+
+A pixel that shows level j in the longer exposure had the irradiance g_j there, up to rounding and
+noise, and g_j/ρ in an exposure ρ times shorter. There it shows level i with probability
+
+.. math::
+    P(i | j) = Φ\Bigl(\frac{e_{i+1} - m_j}{s_j}\Bigr) - Φ\Bigl(\frac{e_i - m_j}{s_j}\Bigr), \qquad
+    m_j = \frac{g_j}{ρ}, \quad
+    s_j^2 = u m_j + v + \frac{u g_j + v + Δ_j^2/12}{ρ^2} + κ^2 m_j^2,
+
+with edges e as in `chartless.likelihood`, Δ_j the irradiance that level j covers, and κ a relative
+scatter of what neither curve nor noise explains: colours mapped into a gamut, edges a pixel off.
+Rounding and clipping of the shorter exposure are part of the model; what is black or saturated in
+the longer one is no condition, as its irradiance is unknown. A small share of pixels may show any
+level: what moved.
+
+The scene is eliminated: given j it matters only if it is uneven over the width s_j.
+
+A table of such counts is a comparagram (Mann 2000, "Comparametric equations with practical
+applications in quantigraphic image processing", doi:10.1109/83.855434).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from chartless.likelihood import Expansion
+from chartless.noise import AffineNoise
+from chartless.types import Floats, Indices
+
+STRAY = 0.01
+"""Share of pixels that may show any level."""
+TYPICAL_SCATTER, SCATTER_SPREAD = 0.02, 1.0
+"""Relative scatter κ of frames, and the deviation of its logarithm."""
+_NORMAL = 1 / np.sqrt(2 * np.pi)
+_REACH = 6.0  # deviations from the expected level beyond which only stray pixels show
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparagram:
+    """How often pixels show level j in one exposure and level i in a shorter one."""
+
+    shorter: int
+    """Number of the shorter exposure."""
+    longer: int
+    """Number of the longer one."""
+    counts: Floats
+    """Weighted counts, shape (L, L): rows j of the longer, columns i of the shorter exposure."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExposureCounts:
+    """Counted evidence of a bracket in one channel, as the likelihood takes it.
+
+    Its own unknowns are ln κ and, unless the exposures are exactly known, how far each ln t is
+    from what it is said to be.
+    """
+
+    tables: tuple[Comparagram, ...]
+    log_exposures: Floats
+    """Logarithms ln t of the exposures, shape (K,), as far as known."""
+    exposure_error: float = 0.0
+    """Deviation of each of them; 0 if they are exact."""
+
+    @property
+    def n_levels(self) -> int:
+        """L."""
+        return len(self.tables[0].counts)
+
+    @property
+    def n_pixels(self) -> int:
+        """Pixels compared, weighted."""
+        return round(sum(float(table.counts.sum()) for table in self.tables))
+
+    @property
+    def observed_levels(self) -> tuple[int, int]:
+        """Lowest and highest level that is neither black nor white, of any exposure."""
+        seen = np.zeros(self.n_levels, dtype=bool)
+        for table in self.tables:
+            seen |= table.counts.any(axis=0) | table.counts.any(axis=1)
+        (levels,) = np.nonzero(seen[1:-1])
+        return (int(levels[0]) + 1, int(levels[-1]) + 1) if levels.size else (0, self.n_levels - 1)
+
+    @property
+    def own_mean(self) -> Floats:
+        """Prior mean of the own unknowns, shape (1,) or (1 + K,)."""
+        n_free = self.log_exposures.size if self.exposure_error > 0 else 0
+        return np.concatenate([[np.log(TYPICAL_SCATTER)], np.zeros(n_free)])
+
+    @property
+    def own_precision(self) -> Floats:
+        """Inverse of their prior covariance."""
+        n_free = self.own_mean.size - 1
+        deviations = np.concatenate([[SCATTER_SPREAD], np.full(n_free, self.exposure_error)])
+        return np.diag(1 / deviations**2)
+
+
+class ExposureModel:
+    """Probabilities of comparagrams for one state of knowledge; computed when asked for.
+
+    Parameters
+    ----------
+    counts : ExposureCounts
+    edges : ndarray, shape (L − 1,)
+        Irradiance between the levels, increasing, within [0, 1].
+    noise : AffineNoise
+    own : ndarray, shape of `ExposureCounts.own_mean`
+    """
+
+    def __init__(
+        self, counts: ExposureCounts, edges: Floats, noise: AffineNoise, own: Floats
+    ) -> None:
+        self._counts = counts
+        log_exposures = counts.log_exposures + (own[1:] if own.size > 1 else 0.0)
+        self._rows = [
+            _Rows(
+                table.counts,
+                edges,
+                noise,
+                scatter=float(np.exp(own[0])),
+                ratio=float(np.exp(log_exposures[table.longer] - log_exposures[table.shorter])),
+            )
+            for table in counts.tables
+        ]
+        self._n_inner, self._n_own = edges.size, own.size
+
+    def log_likelihood(self) -> float:
+        """Σ C ln P over all tables."""
+        return sum(rows.log_likelihood() for rows in self._rows)
+
+    def expand(self, mix: Floats) -> Expansion:
+        """Log-likelihood, gradient and expected information.
+
+        Parameters
+        ----------
+        mix : ndarray, shape (D, 2)
+            How (ln u, ln v) follow from the unknowns of the noise.
+
+        Returns
+        -------
+        Expansion
+            In (edges, unknowns of the noise, own unknowns).
+        """
+        n_inner = self._n_inner
+        size = n_inner + len(mix) + self._n_own
+        gradient, information = np.zeros(size), np.zeros((size, size))
+        for table, rows in zip(self._counts.tables, self._rows, strict=True):
+            # A table knows edges, ln u, ln v, ln κ and ln ρ.
+            turn = np.zeros((4, size - n_inner))
+            turn[:2, : len(mix)] = mix.T
+            turn[2, len(mix)] = 1.0
+            if self._n_own > 1:
+                first = len(mix) + 1
+                turn[3, first + table.longer], turn[3, first + table.shorter] = 1.0, -1.0
+            rows.add_to(gradient, information, turn)
+        return Expansion(self.log_likelihood(), gradient, information)
+
+
+class _Rows:
+    """One table: a row for each level j of the longer exposure that has counts.
+
+    Only what lies within reach of the expected level is computed: W edges of each row and the
+    W + 1 levels between and beside them.
+    """
+
+    def __init__(
+        self, counts: Floats, edges: Floats, noise: AffineNoise, *, scatter: float, ratio: float
+    ) -> None:
+        (inner,) = np.nonzero(counts[1:-1].any(axis=1))
+        self._upper: Indices = inner + 1  # edge above level j; below it is the one before
+        self._noise, self._scatter, self._ratio = noise, scatter, ratio
+        self._width = edges[self._upper] - edges[self._upper - 1]
+        self._light = (edges[self._upper] + edges[self._upper - 1]) / 2
+        self._mean = self._light / ratio
+        self._seen = noise.variance(self._light) + self._width**2 / 12
+        variance = noise.variance(self._mean) + self._seen / ratio**2
+        self._variance = (variance + (scatter * self._mean) ** 2)[:, np.newaxis]
+        self._deviation = np.sqrt(self._variance)
+        reach = _REACH * self._deviation[:, 0]
+        first = np.searchsorted(edges, self._mean - reach)
+        last = np.searchsorted(edges, self._mean + reach)
+        n_near = min(int((last - first).max(initial=0)) + 1, edges.size)
+        first = np.minimum(first, edges.size - n_near)
+        self._edge: Indices = first[:, np.newaxis] + np.arange(n_near)
+        self._distance = (edges[self._edge] - self._mean[:, np.newaxis]) / self._deviation
+        near = first[:, np.newaxis] + np.arange(n_near + 1)
+        own = counts[self._upper]
+        self._n = own.sum(axis=1)
+        stray = STRAY * (own.sum(axis=0) + 1.0) / (own.sum() + counts.shape[1])
+        self._counts = np.take_along_axis(own, near, axis=1)
+        self._stray = stray[near]
+        self._far = float((own.sum(axis=0)) @ np.log(stray))
+        below = ndtr(self._distance)
+        shares = _differences(below)
+        shares[:, -1] += 1.0
+        self._shares = (1 - STRAY) * np.maximum(shares, 0.0) + self._stray
+
+    def log_likelihood(self) -> float:
+        gain = float(np.vdot(self._counts, np.log(self._shares / self._stray)))
+        return gain + self._far
+
+    def add_to(self, gradient: Floats, information: Floats, turn: Floats) -> None:
+        """Add what the table tells of edges and, by `turn`, of what follows them.
+
+        Edges within reach move the probabilities of a row by themselves; through the mean m and
+        the variance s² of the row, the edges of level j do, and ln u, ln v, ln κ, ln ρ.
+        """
+        n_inner = len(gradient) - turn.shape[1]
+        density = (1 - STRAY) * _NORMAL * np.exp(-0.5 * self._distance**2)
+        by_edge = density / self._deviation
+        by_variance = density * self._distance / (-2 * self._variance)
+        ratio = self._counts / self._shares
+        drop = ratio[:, :-1] - ratio[:, 1:]
+        inverse = 1 / self._shares
+        n = self._n[:, np.newaxis]
+
+        changes = _differences(-by_edge), _differences(by_variance)  # with m, with s²
+        relative = [change * inverse for change in changes]
+        pulls = [-(drop * by_edge).sum(axis=1), (drop * by_variance).sum(axis=1)]
+        crossed = [n * by_edge * (each[:, :-1] - each[:, 1:]) for each in relative]
+        own = [[self._n * (a * b).sum(axis=1) for b in changes] for a in relative]
+        by_level, by_rest = self._chain()
+
+        def spread(values: Floats) -> Floats:
+            return np.asarray(
+                np.bincount(self._edge.ravel(), values.ravel(), minlength=n_inner), np.float64
+            )
+
+        gradient[:n_inner] += spread(drop * by_edge)
+        gradient[n_inner:] += turn.T @ sum(
+            pull @ rest for pull, rest in zip(pulls, by_rest, strict=True)
+        )
+        edges = information[:n_inner, :n_inner]
+        diagonal = np.arange(n_inner)
+        edges[diagonal, diagonal] += spread(n * by_edge**2 * (inverse[:, :-1] + inverse[:, 1:]))
+        shared = np.zeros_like(by_edge)
+        shared[:, :-1] = -n * by_edge[:, :-1] * by_edge[:, 1:] * inverse[:, 1:-1]
+        beside = spread(shared)[:-1]
+        edges[diagonal[:-1], diagonal[1:]] += beside
+        edges[diagonal[1:], diagonal[:-1]] += beside
+
+        to_rest = np.zeros((n_inner, 4))
+        for what in range(2):
+            for column in range(4):
+                if by_rest[what][:, column].any():
+                    to_rest[:, column] += spread(
+                        crossed[what] * by_rest[what][:, column, np.newaxis]
+                    )
+        among_rest = np.zeros((4, 4))
+        for end, place in enumerate((self._upper - 1, self._upper)):
+            np.add.at(
+                gradient, place, sum(p * b[end] for p, b in zip(pulls, by_level, strict=True))
+            )
+            moved = sum(c * b[end][:, np.newaxis] for c, b in zip(crossed, by_level, strict=True))
+            both = np.bincount(
+                (self._edge * n_inner + place[:, np.newaxis]).ravel(),
+                moved.ravel(),
+                minlength=n_inner**2,
+            ).reshape(n_inner, n_inner)
+            edges += both
+            edges += both.T
+            # What m and s² of a row tell together, with the other edge of the level and the rest.
+            told = [sum(own[a][b] * by_level[a][end] for a in range(2)) for b in range(2)]
+            for other, its in enumerate((self._upper - 1, self._upper)):
+                np.add.at(edges, (place, its), sum(told[b] * by_level[b][other] for b in range(2)))
+            np.add.at(to_rest, place, sum(told[b][:, np.newaxis] * by_rest[b] for b in range(2)))
+        for a in range(2):
+            for b in range(2):
+                among_rest += (by_rest[a] * own[a][b][:, np.newaxis]).T @ by_rest[b]
+        cross = to_rest @ turn
+        information[:n_inner, n_inner:] += cross
+        information[n_inner:, :n_inner] += cross.T
+        information[n_inner:, n_inner:] += turn.T @ among_rest @ turn
+
+    def _chain(self) -> tuple[list[tuple[Floats, Floats]], list[Floats]]:
+        """Derivatives of m and s² of each row: in the edges below and above level j; in the rest.
+
+        The rest is ln u, ln v, ln κ, ln ρ, shape (J, 4).
+        """
+        slope, floor, ratio, mean = self._noise.slope, self._noise.floor, self._ratio, self._mean
+        scattered = (self._scatter * mean) ** 2
+        half = np.full(mean.size, 0.5 / ratio)
+        along = slope * mean + 2 * scattered  # ∂s²/∂ln m
+        middle = 0.5 * (along / self._light + slope / ratio**2)
+        apart = self._width / (6 * ratio**2)
+        zero = np.zeros(mean.size)
+        mean_by_rest = np.stack([zero, zero, zero, -mean], axis=1)
+        variance_by_rest = np.stack(
+            [
+                slope * (mean + self._light / ratio**2),
+                np.full(mean.size, floor * (1 + 1 / ratio**2)),
+                2 * scattered,
+                -along - 2 * self._seen / ratio**2,
+            ],
+            axis=1,
+        )
+        return (
+            [(half, half), (middle - apart, middle + apart)],
+            [mean_by_rest, variance_by_rest],
+        )
+
+
+def _differences(below: Floats) -> Floats:
+    """From what lies below the W edges of a row to what lies in its W + 1 levels, but for 1."""
+    result = np.empty((below.shape[0], below.shape[1] + 1))
+    result[:, 0] = below[:, 0]
+    np.subtract(below[:, 1:], below[:, :-1], out=result[:, 1:-1])
+    np.negative(below[:, -1], out=result[:, -1])
+    return result

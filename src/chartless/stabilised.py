@@ -1,0 +1,21 @@
+"""The variance-stabilised scale of irradiance, and the warp that noise levels cannot see."""
+
+import numpy as np
+
+from chartless.types import Floats
+
+
+def warped(irradiance: Floats, ratio: float, other: float) -> Floats:
+    """Irradiance at another ratio that keeps the stabilised scale T = ∫ dI/σ, from 0 to 1.
+
+    Curves that differ by this warp alone have the same noise level at every brightness:
+    I → ((1 + a′ (√(1 + rI) − 1)/a)² − 1)/r′ with a = √(1 + r) − 1.
+    """
+    scale = np.expm1(0.5 * np.log1p(other)) / np.expm1(0.5 * np.log1p(ratio))
+    root = 1 + scale * np.expm1(0.5 * np.log1p(ratio * irradiance))
+    return np.asarray((root**2 - 1) / other)
+
+
+def log_extent(ratio: float) -> float:
+    """Logarithm of T over the whole range, at v = 1."""
+    return float(np.log(2 * np.expm1(0.5 * np.log1p(ratio)) / ratio))
