@@ -1,0 +1,227 @@
+"""Exposures of one scene in, comparagrams out.
+
+Each frame is read once, and of its pixels an even sample is kept: single pixels, never means, as
+the mean of a saturated pixel and its neighbour is a level that no curve explains. Any two
+exposures are then compared pixel by pixel; neighbours alone would do for the shape of the curve
+in the small, but the error of each step would add up from the darkest to the brightest.
+
+Colours are heard less than greys. What a camera does to a colour beyond its curve (a matrix,
+a gamut, a film look) moves red, green and blue against each other; of neutral pixels it
+moves none. Where the scene has no greys, colours still tell.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from chartless.channels import planes_of, require_alike, require_mask
+from chartless.errors import UnfitFramesError
+from chartless.exposure_likelihood import Comparagram, ExposureCounts
+from chartless.frame import Frame, FrameSource
+from chartless.types import Bools, Counts, Floats, Floats32, Levels
+
+MOST_LEVELS = 256
+"""Levels at which exposures are compared; a finer curve is interpolated."""
+SAMPLE = 1 << 18
+"""Pixels of a frame that are kept, at most."""
+GREY_PIXELS, COLOURED_PIXELS = 50.0, 5.0
+"""Pixels that a level of the longer exposure counts as, at most: what curve and scatter leave
+unexplained does not shrink with their number."""
+NEUTRAL = 0.12
+"""Difference of the largest and the least channel, as a share of the largest, of a grey pixel."""
+_LEAST_STEP = np.log(1.05)  # of exposure: below, two exposures are as good as one
+_DARK, _BRIGHT = 0.08, 0.96  # levels from which the cast of the light is read
+_LEAST_CAST = 100  # pixels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BracketEvidence:
+    """What is kept of the exposures of one still scene."""
+
+    tables: dict[str, tuple[Comparagram, ...]]
+    """Of each channel, by its name: one for any two exposures, weighted."""
+    log_exposures: Floats
+    """ln of the exposures as given, shape (K,)."""
+    exposure_error: float
+    """Deviation of each; 0 if they are exact."""
+    histograms: dict[str, Counts]
+    """How often each level occurs in each exposure, shape (K, L)."""
+    bit_depth: int
+    """Of the frames as read."""
+    sources: tuple[FrameSource, ...]
+    """One for each exposure, in the order given."""
+
+    def counts(self, channel: str) -> ExposureCounts:
+        """Evidence of one channel, as the likelihood takes it."""
+        return ExposureCounts(self.tables[channel], self.log_exposures, self.exposure_error)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sample:
+    """What is kept of a frame until all have been read."""
+
+    levels: dict[str, Levels]
+    """Of the chosen pixels, shape (N,)."""
+    usable: Bools
+    """Whether they lie in the mask and away from what is saturated, shape (N,)."""
+    chroma: Floats32
+    """How far they are from grey, shape (N,)."""
+
+
+def bracket_evidence(
+    frames: Iterable[Frame],
+    log_exposures: Floats,
+    *,
+    exposure_error: float = 0.0,
+    channels: str = "auto",
+    n_levels: int = MOST_LEVELS,
+    mask: Bools | None = None,
+    bloom_radius: int = 0,
+    aligned: bool = True,
+    on_frame: Callable[[Frame], None] | None = None,
+) -> BracketEvidence:
+    """Compare the levels of exposures of one scene, channel by channel.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+        One for each exposure, consumed one by one.
+    log_exposures : ndarray, shape (K,)
+        ln of their exposures, up to a constant.
+    exposure_error : float
+        Deviation of each; 0 if they are exact.
+    channels : str
+        As for `chartless.channels.planes_of`.
+    n_levels : int
+        Levels are reduced to this many, and to `MOST_LEVELS`.
+    mask : ndarray of bool, shape (M, N), optional
+        Only pixels where it is True are used.
+    bloom_radius : int
+        Pixels around saturated ones that are left out of an exposure.
+    aligned : bool
+        Whether a pixel sees the same spot in all frames. If not, levels are matched by their
+        rank: the brightest tenth of one exposure is the brightest tenth of the other (Grossberg
+        & Nayar 2003, "Determining the camera response from images: what is knowable?",
+        doi:10.1109/TPAMI.2003.1240119).
+    on_frame : callable, optional
+        Called with each frame when it has been read.
+
+    Raises
+    ------
+    UnfitFramesError
+        If there are fewer than two frames, or they differ in more than exposure.
+    ParameterError
+        If `channels`, `n_levels` or the mask does not suit the frames.
+    """
+    n_levels = min(n_levels, MOST_LEVELS)
+    samples: list[_Sample] = []
+    sources: list[FrameSource] = []
+    histograms: dict[str, list[Counts]] = {}
+    first: Frame | None = None
+    for frame in frames:
+        if first is None:
+            require_mask(mask, frame)
+            first = frame
+        require_alike(first, frame, one_exposure=False)
+        planes = planes_of(frame, channels, n_levels)
+        for name, plane in planes.items():
+            seen = plane if mask is None else plane[mask]
+            counts = np.bincount(seen.ravel(), minlength=n_levels).astype(np.int64)
+            histograms.setdefault(name, []).append(counts)
+        samples.append(_sample(planes, n_levels, mask, bloom_radius))
+        sources.append(frame.source)
+        if on_frame is not None:
+            on_frame(frame)
+    if first is None or len(sources) != log_exposures.size:
+        msg = f"{len(sources)} frames were given for {log_exposures.size} exposures"
+        raise UnfitFramesError(msg)
+    stacked = {name: np.stack(rows) for name, rows in histograms.items()}
+    pairs = _pairs(log_exposures)
+    if aligned:
+        tables = {name: _compared(samples, name, pairs, n_levels) for name in stacked}
+    else:
+        tables = {name: _matched(rows, pairs) for name, rows in stacked.items()}
+    return BracketEvidence(
+        tables, log_exposures, exposure_error, stacked, first.bit_depth, tuple(sources)
+    )
+
+
+def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:
+    """Numbers of a shorter and a longer exposure, all such pairs."""
+    everyone = permutations(range(log_exposures.size), 2)
+    return [(a, b) for a, b in everyone if log_exposures[b] - log_exposures[a] > _LEAST_STEP]
+
+
+def _sample(
+    planes: dict[str, Levels], n_levels: int, mask: Bools | None, bloom_radius: int
+) -> _Sample:
+    shape = next(iter(planes.values())).shape
+    step = max(1, int(np.ceil(np.sqrt(shape[0] * shape[1] / SAMPLE))))
+    chosen = np.s_[step // 2 :: step, step // 2 :: step]
+    usable = np.ones(shape, dtype=bool) if mask is None else mask
+    if bloom_radius > 0:
+        saturated = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
+        usable = usable & ~binary_dilation(saturated, _disc(bloom_radius))
+    levels = {name: plane[chosen].ravel() for name, plane in planes.items()}
+    return _Sample(levels, usable[chosen].ravel(), _chroma([*levels.values()], n_levels))
+
+
+def _disc(radius: int) -> Bools:
+    along = np.arange(-radius, radius + 1)
+    return np.asarray(along**2 + along[:, np.newaxis] ** 2 <= radius**2)
+
+
+def _chroma(planes: list[Levels], n_levels: int) -> Floats32:
+    """Difference of largest and least channel over the largest, the cast of the light removed."""
+    if len(planes) == 1:
+        return np.zeros(planes[0].size, dtype=np.float32)
+    colours = np.stack(planes).astype(np.float32)
+    top = n_levels - 1
+    shown = (colours.min(axis=0) > _DARK * top) & (colours.max(axis=0) < _BRIGHT * top)
+    if np.count_nonzero(shown) >= _LEAST_CAST:
+        colours /= np.median(colours[:, shown] / colours[1, shown], axis=1)[:, np.newaxis]
+    largest = colours.max(axis=0)
+    return np.asarray((largest - colours.min(axis=0)) / np.maximum(largest, 1.0))
+
+
+def _compared(
+    samples: list[_Sample], channel: str, pairs: list[tuple[int, int]], n_levels: int
+) -> tuple[Comparagram, ...]:
+    """Comparagrams of pixels at the same place."""
+    tables = []
+    for shorter, longer in pairs:
+        a, b = samples[shorter], samples[longer]
+        index = b.levels[channel].astype(np.intp)
+        index *= n_levels
+        index += a.levels[channel]
+        coloured = (a.chroma + b.chroma) / 2 > NEUTRAL
+        index[coloured] += n_levels**2
+        counts = np.bincount(index[a.usable & b.usable], minlength=2 * n_levels**2)
+        grey, rest = counts.reshape(2, n_levels, n_levels)
+        weighted = _weighted(grey, GREY_PIXELS) + _weighted(rest, COLOURED_PIXELS)
+        tables.append(Comparagram(shorter, longer, weighted))
+    return tuple(tables)
+
+
+def _matched(histograms: Counts, pairs: list[tuple[int, int]]) -> tuple[Comparagram, ...]:
+    """Comparagrams of pixels of the same rank."""
+    tables = []
+    for shorter, longer in pairs:
+        below = [np.cumsum(histograms[each]) / histograms[each].sum() for each in (longer, shorter)]
+        ranks = np.unique(np.concatenate([[0.0], *below]))
+        middle = (ranks[1:] + ranks[:-1]) / 2
+        rows, columns = (np.searchsorted(each, middle) for each in below)
+        counts = np.zeros((histograms.shape[1],) * 2)
+        np.add.at(counts, (rows, columns), np.diff(ranks) * histograms[longer].sum())
+        tables.append(Comparagram(shorter, longer, _weighted(counts, COLOURED_PIXELS)))
+    return tuple(tables)
+
+
+def _weighted(counts: Counts | Floats, most: float) -> Floats:
+    """Counts with rows of no more than so many."""
+    return np.asarray(
+        counts * np.minimum(1.0, most / np.maximum(counts.sum(axis=1), 1e-9)[:, np.newaxis])
+    )

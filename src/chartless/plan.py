@@ -1,0 +1,193 @@
+"""Which evidence frames hold: noise, exposures or both.
+
+Frames of one exposure are compared for their noise, frames of different exposures for what an
+exposure does to the levels. A bracket in which an exposure is repeated has both. It is decided
+from settings alone, before a pixel is read.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from chartless.channels import MOST_STOPS
+from chartless.errors import ParameterError, UnfitFramesError
+from chartless.frame import CameraSettings
+from chartless.types import Floats
+
+KINDS = ("auto", "noise", "bracket", "both")
+"""What a user may ask for; auto takes what there is."""
+UNKNOWN = "unknown"
+"""For times, instead of numbers."""
+EXIF_ERROR = 0.05
+"""Relative error of exposures that a camera notes: what it calls 1/30 s may be 1/32."""
+UNKNOWN_ERROR = 1.5
+"""Deviation of ln t where nothing is known: a factor of four or five either way."""
+_DISAGREE = 0.5  # stops between --times and EXIF
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """What will be read from the frames."""
+
+    groups: tuple[tuple[int, ...], ...]
+    """Numbers of the frames of each exposure, from the shortest; of unknown exposures one each."""
+    log_exposures: Floats | None
+    """ln t of each group; None if unknown."""
+    exposure_error: float
+    """Deviation of each."""
+    reason: str
+    """One sentence for the user."""
+    noise: bool
+    """Whether frames of one exposure are compared."""
+    bracket: bool
+    """Whether exposures are compared."""
+
+
+def planned(
+    names: Sequence[Path],
+    settings: Sequence[CameraSettings],
+    *,
+    times: Sequence[float] | str | None = None,
+    time_error: float | None = None,
+    kind: str = "auto",
+) -> Plan:
+    """Decide from exposures, given or noted by the camera, what evidence there is.
+
+    Parameters
+    ----------
+    names : sequence of Path
+        Of the frames, for messages.
+    settings : sequence of CameraSettings
+    times : sequence of float or "unknown", optional
+        Relative exposure of each frame.
+    time_error : float, optional
+        Relative error of the exposures; without, 0 for `times` and `EXIF_ERROR` for EXIF.
+    kind : str
+        One of `KINDS`.
+
+    Raises
+    ------
+    ParameterError
+        If a setting has no meaning or contradicts the files.
+    UnfitFramesError
+        If the frames have not what `kind` asks for.
+    """
+    _require_sense(times, time_error, kind)
+    if kind == "noise":
+        return _noise_alone(len(names), "noise, as asked for")
+    if times == UNKNOWN:
+        each = tuple((place,) for place in range(len(names)))
+        error = UNKNOWN_ERROR if time_error is None else time_error
+        reason = f"a bracket of {len(names)} exposures, their ratios unknown"
+        return _checked(Plan(each, None, error, reason, noise=False, bracket=True), kind)
+    noted = _noted(settings)
+    if times is not None:
+        exposures, source, error = _given(times, names), "--times", time_error or 0.0
+        if noted is not None and kind == "auto":
+            _require_agreement(names, exposures, np.asarray(noted))
+    elif noted is not None:
+        exposures, source = np.asarray(noted), "EXIF"
+        error = EXIF_ERROR if time_error is None else time_error
+    elif kind == "auto":
+        return _noise_alone(len(names), "noise, as the files tell no exposures")
+    else:
+        msg = (
+            "the files do not tell their exposures: give --times, such as --times 1,2,4, or "
+            "--times unknown"
+        )
+        raise UnfitFramesError(msg)
+    groups, levels = _grouped(np.log(exposures))
+    if len(groups) == 1 and kind == "auto":
+        return _noise_alone(len(names), f"noise, as all frames have one exposure by {source}")
+    repeated = sum(len(group) > 1 for group in groups)
+    reason = (
+        f"a bracket of {len(groups)} exposures, 1 to {math.exp(np.ptp(levels)):.3g} by {source}"
+    )
+    noise = bool(repeated) and kind != "bracket"
+    if noise:
+        reason += f", and noise of {repeated} of them, which are repeated"
+    return _checked(Plan(groups, levels, error, reason, noise=noise, bracket=True), kind)
+
+
+def _require_sense(
+    times: Sequence[float] | str | None, time_error: float | None, kind: str
+) -> None:
+    if kind not in KINDS:
+        msg = f"evidence must be one of {', '.join(KINDS)}, not {kind!r}"
+        raise ParameterError(msg)
+    if time_error is not None and not 0 <= time_error < math.inf:
+        msg = f"time_error must be a number, 0 or above, not {time_error!r}"
+        raise ParameterError(msg)
+    if isinstance(times, str) and times != UNKNOWN:
+        msg = f"times are numbers or {UNKNOWN!r}, not {times!r}"
+        raise ParameterError(msg)
+
+
+def _noise_alone(n_frames: int, reason: str) -> Plan:
+    return Plan((tuple(range(n_frames)),), None, 0.0, reason, noise=True, bracket=False)
+
+
+def _checked(plan: Plan, kind: str) -> Plan:
+    if len(plan.groups) < 2:  # noqa: PLR2004 - a bracket
+        msg = (
+            "a bracket needs two or more frames of one scene at different exposures: give them, or "
+            "--evidence noise for frames of one exposure"
+        )
+        raise UnfitFramesError(msg)
+    if kind == "both" and not plan.noise:
+        msg = "no exposure is repeated, so noise tells nothing: leave --evidence at auto"
+        raise UnfitFramesError(msg)
+    return plan
+
+
+def _noted(settings: Sequence[CameraSettings]) -> list[float] | None:
+    """Exposure of each frame up to a factor; None if a file does not tell it."""
+    exposures = [each.exposure for each in settings]
+    if all(each is None for each in exposures):
+        # Older cameras and edited files keep the time alone.
+        alike = {(each.f_number, each.iso) for each in settings}
+        exposures = [each.exposure_time for each in settings] if len(alike) == 1 else exposures
+    known = [each for each in exposures if each is not None]
+    return known if len(known) == len(exposures) else None
+
+
+def _given(times: Sequence[float] | str, names: Sequence[Path]) -> Floats:
+    exposures = np.asarray(times, dtype=np.float64)
+    if exposures.size != len(names):
+        msg = f"{exposures.size} times were given for {len(names)} frames: give one for each"
+        raise ParameterError(msg)
+    wrong = ~((exposures > 0) & np.isfinite(exposures))
+    if wrong.any():
+        place = int(wrong.argmax())
+        msg = f"the time of {names[place]} must be above 0, not {exposures[place]:g}"
+        raise ParameterError(msg)
+    return exposures
+
+
+def _require_agreement(names: Sequence[Path], given: Floats, noted: Floats) -> None:
+    apart = np.log2(given / given[0]) - np.log2(noted / noted[0])
+    apart -= np.median(apart)
+    worst = int(np.abs(apart).argmax())
+    if abs(apart[worst]) > _DISAGREE:
+        msg = (
+            f"{names[worst]}: its EXIF exposure is {abs(apart[worst]):.1f} stops from --times: "
+            "leave --times away or, if it is right, add --evidence bracket"
+        )
+        raise ParameterError(msg)
+
+
+def _grouped(log_exposures: Floats) -> tuple[tuple[tuple[int, ...], ...], Floats]:
+    """Frames of one exposure, from the shortest, and ln t of each group."""
+    groups: list[list[int]] = []
+    for place in np.argsort(log_exposures, kind="stable"):
+        step = math.inf
+        if groups:
+            step = (log_exposures[place] - log_exposures[groups[-1][0]]) / math.log(2)
+        if step > MOST_STOPS:
+            groups.append([])
+        groups[-1].append(int(place))
+    levels = np.array([log_exposures[group].mean() for group in groups])
+    return tuple(tuple(sorted(group)) for group in groups), levels
