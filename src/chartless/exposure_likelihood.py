@@ -14,13 +14,17 @@ Rounding and clipping of the shorter exposure are part of the model; what is bla
 the longer one is no condition, as its irradiance is unknown. A small share of pixels may show any
 level: what moved.
 
-The scene is eliminated: given j it matters only if it is uneven over the width s_j.
+The scene is eliminated. Given j it matters only where it is uneven over the width of the noise:
+there the mean of the irradiance is not g_j but g_j + σ²(g_j) d ln h/dI, h the density of the light
+that the longer exposure shows (Tweedie's formula; Efron 2011, doi:10.1198/jasa.2011.tm11181). And
+what κ stands for does not shrink with the number of pixels. Both need a first estimate, after
+which `ExposureModel.informed` tells them.
 
 A table of such counts is a comparagram (Mann 2000, "Comparametric equations with practical
 applications in quantigraphic image processing", doi:10.1109/83.855434).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtr
@@ -34,6 +38,10 @@ STRAY = 0.01
 TYPICAL_SCATTER, SCATTER_SPREAD = 0.02, 1.0
 """Relative scatter κ of frames, and the deviation of its logarithm."""
 _NORMAL = 1 / np.sqrt(2 * np.pi)
+FIRST_PIXELS = 10.0
+"""Pixels that a row counts as at most, before its scatter is known."""
+_SHARED = 0.3  # of the variance of the scatter: common to all pixels of a level
+_MOST_SHIFT = 0.5
 _REACH = 6.0  # deviations from the expected level beyond which only stray pixels show
 
 
@@ -47,6 +55,12 @@ class Comparagram:
     """Number of the longer one."""
     counts: Floats
     """Weighted counts, shape (L, L): rows j of the longer, columns i of the shorter exposure."""
+    trust: Floats
+    """Of each row, 0 … 1, shape (L,): how far its pixels are grey."""
+    weight: Floats | None = None
+    """Of each row in the likelihood, shape (L,); without, rows count as `FIRST_PIXELS` at most."""
+    shift: Floats | None = None
+    """Relative change of the irradiance of each row by the scene, shape (L,); without, none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,8 +74,10 @@ class ExposureCounts:
     tables: tuple[Comparagram, ...]
     log_exposures: Floats
     """Logarithms ln t of the exposures, shape (K,), as far as known."""
+    histograms: Floats
+    """How often each level occurs in each exposure, shape (K, L)."""
     exposure_error: float = 0.0
-    """Deviation of each of them; 0 if they are exact."""
+    """Deviation of the logarithms of the exposures; 0 if they are exact."""
 
     @property
     def n_levels(self) -> int:
@@ -115,7 +131,7 @@ class ExposureModel:
         log_exposures = counts.log_exposures + (own[1:] if own.size > 1 else 0.0)
         self._rows = [
             _Rows(
-                table.counts,
+                table,
                 edges,
                 noise,
                 scatter=float(np.exp(own[0])),
@@ -123,7 +139,7 @@ class ExposureModel:
             )
             for table in counts.tables
         ]
-        self._n_inner, self._n_own = edges.size, own.size
+        self._edges, self._noise, self._n_own = edges, noise, own.size
 
     def log_likelihood(self) -> float:
         """Σ C ln P over all tables."""
@@ -142,7 +158,7 @@ class ExposureModel:
         Expansion
             In (edges, unknowns of the noise, own unknowns).
         """
-        n_inner = self._n_inner
+        n_inner = self._edges.size
         size = n_inner + len(mix) + self._n_own
         gradient, information = np.zeros(size), np.zeros((size, size))
         for table, rows in zip(self._counts.tables, self._rows, strict=True):
@@ -156,6 +172,30 @@ class ExposureModel:
             rows.add_to(gradient, information, turn)
         return Expansion(self.log_likelihood(), gradient, information)
 
+    def informed(self) -> ExposureCounts:
+        """Counts with shifts and weights of rows as this state asks for."""
+        shifts = [_shift(row, self._edges, self._noise) for row in self._counts.histograms]
+        tables = [
+            replace(table, weight=rows.weight(), shift=shifts[table.longer])
+            for table, rows in zip(self._counts.tables, self._rows, strict=True)
+        ]
+        return replace(self._counts, tables=tuple(tables))
+
+
+def _shift(histogram: Floats, edges: Floats, noise: AffineNoise) -> Floats:
+    """σ²(g)/g · d ln h/dI at the levels, shape (L,); 0 at black and white.
+
+    The density of light is that of the levels, smoothed over half the noise.
+    """
+    light, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
+    spread = np.sqrt(noise.variance(light) / 4 + width**2)[:, np.newaxis]
+    distance = (light[:, np.newaxis] - light) / spread
+    kernel = np.exp(-0.5 * distance**2)
+    density = kernel @ histogram[1:-1]
+    slope = -(kernel * distance / spread) @ histogram[1:-1]
+    relative = noise.variance(light) / light * slope / np.maximum(density, 1e-9)
+    return np.concatenate([[0.0], relative.clip(-_MOST_SHIFT, _MOST_SHIFT), [0.0]])
+
 
 class _Rows:
     """One table: a row for each level j of the longer exposure that has counts.
@@ -165,14 +205,24 @@ class _Rows:
     """
 
     def __init__(
-        self, counts: Floats, edges: Floats, noise: AffineNoise, *, scatter: float, ratio: float
+        self,
+        table: Comparagram,
+        edges: Floats,
+        noise: AffineNoise,
+        *,
+        scatter: float,
+        ratio: float,
     ) -> None:
+        counts = table.counts
         (inner,) = np.nonzero(counts[1:-1].any(axis=1))
         self._upper: Indices = inner + 1  # edge above level j; below it is the one before
         self._noise, self._scatter, self._ratio = noise, scatter, ratio
         self._width = edges[self._upper] - edges[self._upper - 1]
         self._light = (edges[self._upper] + edges[self._upper - 1]) / 2
-        self._mean = self._light / ratio
+        self._share = 1.0 / ratio
+        if table.shift is not None:
+            self._share = (1.0 + table.shift[self._upper]) / ratio
+        self._mean = self._light * self._share
         self._seen = noise.variance(self._light) + self._width**2 / 12
         variance = noise.variance(self._mean) + self._seen / ratio**2
         self._variance = (variance + (scatter * self._mean) ** 2)[:, np.newaxis]
@@ -186,7 +236,13 @@ class _Rows:
         self._distance = (edges[self._edge] - self._mean[:, np.newaxis]) / self._deviation
         near = first[:, np.newaxis] + np.arange(n_near + 1)
         own = counts[self._upper]
-        self._n = own.sum(axis=1)
+        n_pixels = own.sum(axis=1)
+        self._trust = table.trust[self._upper]
+        weight = self._trust * np.minimum(1.0, FIRST_PIXELS / n_pixels)
+        if table.weight is not None:
+            weight = table.weight[self._upper]
+        own = own * weight[:, np.newaxis]
+        self._n_pixels, self._n, self._n_levels = n_pixels, own.sum(axis=1), len(counts)
         stray = STRAY * (own.sum(axis=0) + 1.0) / (own.sum() + counts.shape[1])
         self._counts = np.take_along_axis(own, near, axis=1)
         self._stray = stray[near]
@@ -195,6 +251,13 @@ class _Rows:
         shares = _differences(below)
         shares[:, -1] += 1.0
         self._shares = (1 - STRAY) * np.maximum(shares, 0.0) + self._stray
+
+    def weight(self) -> Floats:
+        """Weight of each row, shape (L,): a part of the scatter is shared by its pixels."""
+        shared = _SHARED * (self._scatter * self._mean) ** 2 / self._variance[:, 0]
+        weight = np.zeros(self._n_levels)
+        weight[self._upper] = self._trust / (1 + self._n_pixels * shared)
+        return weight
 
     def log_likelihood(self) -> float:
         gain = float(np.vdot(self._counts, np.log(self._shares / self._stray)))
@@ -280,7 +343,7 @@ class _Rows:
         """
         slope, floor, ratio, mean = self._noise.slope, self._noise.floor, self._ratio, self._mean
         scattered = (self._scatter * mean) ** 2
-        half = np.full(mean.size, 0.5 / ratio)
+        half = np.broadcast_to(0.5 * self._share, mean.shape)
         along = slope * mean + 2 * scattered  # ∂s²/∂ln m
         middle = 0.5 * (along / self._light + slope / ratio**2)
         apart = self._width / (6 * ratio**2)

@@ -27,9 +27,10 @@ MOST_LEVELS = 256
 """Levels at which exposures are compared; a finer curve is interpolated."""
 SAMPLE = 1 << 18
 """Pixels of a frame that are kept, at most."""
-GREY_PIXELS, COLOURED_PIXELS = 50.0, 5.0
-"""Pixels that a level of the longer exposure counts as, at most: what curve and scatter leave
-unexplained does not shrink with their number."""
+GREY_PIXELS, COLOURED_PIXELS = 1000.0, 100.0
+"""Pixels of a level of the longer exposure that are counted, at most."""
+COLOURED_TRUST = 0.1
+"""Weight of a coloured pixel, that of a grey one being 1."""
 NEUTRAL = 0.12
 """Difference of the largest and the least channel, as a share of the largest, of a grey pixel."""
 _LEAST_STEP = np.log(1.05)  # of exposure: below, two exposures are as good as one
@@ -56,7 +57,12 @@ class BracketEvidence:
 
     def counts(self, channel: str) -> ExposureCounts:
         """Evidence of one channel, as the likelihood takes it."""
-        return ExposureCounts(self.tables[channel], self.log_exposures, self.exposure_error)
+        return ExposureCounts(
+            self.tables[channel],
+            self.log_exposures,
+            self.histograms[channel].astype(np.float64),
+            self.exposure_error,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,8 +207,11 @@ def _compared(
         index[coloured] += n_levels**2
         counts = np.bincount(index[a.usable & b.usable], minlength=2 * n_levels**2)
         grey, rest = counts.reshape(2, n_levels, n_levels)
-        weighted = _weighted(grey, GREY_PIXELS) + _weighted(rest, COLOURED_PIXELS)
-        tables.append(Comparagram(shorter, longer, weighted))
+        heard = _weighted(grey, GREY_PIXELS)
+        total = heard + _weighted(rest, COLOURED_PIXELS)
+        share = heard.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-9)
+        trust = share + COLOURED_TRUST * (1 - share)
+        tables.append(Comparagram(shorter, longer, total, trust))
     return tuple(tables)
 
 
@@ -216,7 +225,8 @@ def _matched(histograms: Counts, pairs: list[tuple[int, int]]) -> tuple[Comparag
         rows, columns = (np.searchsorted(each, middle) for each in below)
         counts = np.zeros((histograms.shape[1],) * 2)
         np.add.at(counts, (rows, columns), np.diff(ranks) * histograms[longer].sum())
-        tables.append(Comparagram(shorter, longer, _weighted(counts, COLOURED_PIXELS)))
+        trust = np.full(len(counts), COLOURED_TRUST)
+        tables.append(Comparagram(shorter, longer, _weighted(counts, COLOURED_PIXELS), trust))
     return tuple(tables)
 
 

@@ -24,7 +24,7 @@ from chartless.likelihood import PairCounts, with_scene
 from chartless.log_slopes import CurvePrior, measured_prior
 from chartless.misfit import misfit_pattern
 from chartless.models import AbstractModel
-from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, AffineNoise
+from chartless.noise import TYPICAL_RATIO, AffineNoise
 from chartless.noise_level import noise_level_start
 from chartless.outliers import SOME_MOVERS, Cleaned, without_outliers
 from chartless.posterior import (
@@ -41,11 +41,12 @@ from chartless.posterior import (
     std_with_dark,
 )
 from chartless.response import NoiseError, Response, Status
-from chartless.terms import AbstractTerm, ExposureTerm, PairFit, PairTerm
+from chartless.terms import AbstractTerm, ExposureFit, ExposureTerm, PairFit, PairTerm
 from chartless.types import Counts, Floats
 
 # Deviance, as a multiple of what chance gives, above which pairs are not explained.
 _POOR = 1.5
+_QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
 _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
 _SCENE_STEPS = 8  # of expectation maximisation, for a first scene
 # Flagged where dark frames would narrow the band by a tenth: that of twenty photographs by 0.3 % at
@@ -230,7 +231,7 @@ class LikelihoodSearch(AbstractCalibrator):
         own[1:] = start.log_exposure_changes[: own.size - 1]
         terms: list[AbstractTerm] = [ExposureTerm(exposures)]
         unknowns = [own]
-        noise = AffineNoise.from_8bit(*TYPICAL_8BIT)
+        noise = AffineNoise.from_8bit(*_QUIET_8BIT)
         if still is not None:
             # One search for all: pairs count as they would along the ridge.
             weight = self.weight * independent_share(n_frames)
@@ -244,7 +245,10 @@ class LikelihoodSearch(AbstractCalibrator):
         begin = State(
             space.nearest(start.edges), np.log([noise.slope, noise.floor]), tuple(unknowns)
         )
-        mode = maximise(terms, space, begin, hold_ratio=False)
+        first = maximise(terms, space, begin, hold_ratio=False)
+        (fit,) = (each for each in first.fits if isinstance(each, ExposureFit))
+        terms[0] = ExposureTerm(fit.model.informed())
+        mode = maximise(terms, space, first.state, hold_ratio=False)
         return Found(space, [mode], 1.0, still, exposures)
 
     def _response(self, channel: str, found: Found, others: list[list[Mode]]) -> Response:
