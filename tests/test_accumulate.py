@@ -14,9 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chartless import accumulate
-from chartless.accumulate import joined, noise_evidence_of_files
 from chartless.errors import ImageError, ParameterError, UnfitFramesError
-from chartless.evidence import NoiseEvidence, noise_evidence
+from chartless.evidence import NoiseEvidence, joined, noise_evidence, noise_evidence_of_files
 from chartless.frame import Frame
 from chartless.images import read_frame
 

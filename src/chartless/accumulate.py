@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless._parallel import run_all
-from chartless.evidence import NoiseEvidence, noise_evidence
+from chartless.evidence import NoiseEvidence, joined, noise_evidence
 from chartless.images import read_frame
 from chartless.types import Bools
 
@@ -95,27 +95,6 @@ def noise_evidence_of_files(
         for source, path in zip(evidence.sources, paths, strict=True)
     )
     return replace(evidence, sources=tuple(sources))
-
-
-def joined(earlier: NoiseEvidence, later: NoiseEvidence) -> NoiseEvidence:
-    """Add up the evidence of two runs, the second of which begins with the last frame of the first.
-
-    Parameters
-    ----------
-    earlier, later : NoiseEvidence
-        Counted with the same channels and levels.
-
-    Returns
-    -------
-    NoiseEvidence
-        Of both runs as if they were counted as one.
-    """
-    return NoiseEvidence(
-        {name: table + later.tables[name] for name, table in earlier.tables.items()},
-        earlier.checks + later.checks,
-        earlier.bit_depth,
-        earlier.sources + later.sources[1:],
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

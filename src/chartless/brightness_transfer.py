@@ -20,6 +20,7 @@ from chartless.types import Floats, Indices
 # more than three deviations count less and less.
 _DOUBT, _FAR = 0.03, 3.0
 _ROUNDS = 6
+_HELD = 0.2  # error of exposures above which they are held as they are said to be
 
 
 class Transfer(NamedTuple):
@@ -79,7 +80,8 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     places = np.tile(row, 5), np.concatenate(columns)
     operator = csr_array((entries, places), shape=(row.size, n_levels + n_exposures))
 
-    free = counts.exposure_error > 0
+    # All irradiances alike and all exposures too would follow any transfer function.
+    free = 0 < counts.exposure_error < _HELD
     precision = np.zeros((n_levels + n_exposures,) * 2)
     precision[:n_levels, :n_levels] = np.linalg.inv(prior.covariance)
     diagonal = np.arange(n_levels, n_levels + n_exposures)

@@ -23,7 +23,7 @@ from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.flags import Flag, Pattern
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.response import NoiseError, Response, SearchHistory, Status
+from chartless.response import ExposureEstimate, NoiseError, Response, SearchHistory, Status
 from chartless.types import Floats, JsonObject
 
 FORMAT, VERSION = "chartless-calibration", 1
@@ -132,6 +132,7 @@ def _response_to_json(response: Response) -> JsonObject:
         "pairs": response.n_pairs,
         "status": response.status.value,
         "outliers": response.outliers,
+        "exposures": _maybe(response.exposures, asdict),
         "similarity": response.similarity,
         "deviance": response.deviance,
         "pattern": _maybe(response.pattern, lambda pattern: pattern.code),
@@ -170,6 +171,7 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         method=str(content["method"]),
         status=Status(entry["status"]),
         outliers=_maybe(entry.get("outliers"), float),
+        exposures=_maybe(entry.get("exposures"), _exposures),
         similarity=_maybe(entry.get("similarity"), float),
         deviance=_maybe(entry.get("deviance"), float),
         pattern=_maybe(entry.get("pattern"), Pattern.from_code),
@@ -238,6 +240,14 @@ def _table(entry: JsonObject, n_levels: int) -> Cooccurrence:
             raise ValueError(msg)
         row[first : first + values.size] = values
     return Cooccurrence(table)
+
+
+def _exposures(entry: JsonObject) -> ExposureEstimate:
+    return ExposureEstimate(
+        tuple(float(value) for value in entry["relative"]),
+        float(entry["exponent_error"]),
+        float(entry["scatter"]),
+    )
 
 
 def _history(entry: JsonObject) -> SearchHistory:

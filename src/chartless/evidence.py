@@ -42,11 +42,8 @@ class NoiseEvidence:
     """Of the frames as read."""
     sources: tuple[FrameSource, ...]
     """One for each frame, in their order."""
-
-    @property
-    def n_frames(self) -> int:
-        """Number of frames: one more than pairs of consecutive ones."""
-        return len(self.sources)
+    n_frames: int
+    """Frames of one exposure: one more than pairs of consecutive ones."""
 
 
 def noise_evidence(
@@ -117,7 +114,36 @@ def noise_evidence(
             "photograph it again with the same settings"
         )
         raise UnfitFramesError(msg)
-    return NoiseEvidence(tables, tuple(checks), frame.bit_depth, tuple(sources))
+    return NoiseEvidence(tables, tuple(checks), frame.bit_depth, tuple(sources), len(sources))
+
+
+def joined(
+    earlier: NoiseEvidence, later: NoiseEvidence, *, continued: bool = True
+) -> NoiseEvidence:
+    """Add up the evidence of two runs.
+
+    Parameters
+    ----------
+    earlier, later : NoiseEvidence
+        Counted with the same channels and levels.
+    continued : bool
+        Whether the second begins with the last frame of the first; if not, it is of another
+        exposure.
+
+    Returns
+    -------
+    NoiseEvidence
+        Of both runs as if they were counted as one.
+    """
+    return NoiseEvidence(
+        {name: table + later.tables[name] for name, table in earlier.tables.items()},
+        earlier.checks + later.checks,
+        earlier.bit_depth,
+        earlier.sources + (later.sources[1:] if continued else later.sources),
+        earlier.n_frames + later.n_frames - 1
+        if continued
+        else max(earlier.n_frames, later.n_frames),
+    )
 
 
 def _compare(

@@ -30,7 +30,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from chartless.likelihood import Expansion
-from chartless.noise import AffineNoise
+from chartless.noise import TYPICAL_8BIT, TYPICAL_SPREAD, AffineNoise
 from chartless.types import Floats, Indices
 
 STRAY = 0.01
@@ -42,7 +42,7 @@ FIRST_PIXELS = 10.0
 """Pixels that a row counts as at most, before its scatter is known."""
 _SHARED = 0.3  # of the variance of the scatter: common to all pixels of a level
 _MOST_SHIFT = 0.5
-_REACH = 6.0  # deviations from the expected level beyond which only stray pixels show
+_REACH = 4.5  # deviations from the expected level beyond which only stray pixels show
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +67,8 @@ class Comparagram:
 class ExposureCounts:
     """Counted evidence of a bracket in one channel, as the likelihood takes it.
 
-    Its own unknowns are ln κ and, unless the exposures are exactly known, how far each ln t is
-    from what it is said to be.
+    Its own unknowns are ln κ; ln u and ln v, if it has noise of its own; and, unless the exposures
+    are exactly known, how far each ln t is from what it is said to be.
     """
 
     tables: tuple[Comparagram, ...]
@@ -78,6 +78,9 @@ class ExposureCounts:
     """How often each level occurs in each exposure, shape (K, L)."""
     exposure_error: float = 0.0
     """Deviation of the logarithms of the exposures; 0 if they are exact."""
+    own_noise: bool = False
+    """Whether u and v here are not those of level pairs of one exposure. What lies between two
+    exposures is noise and more; where real noise is known better, it must not be bent to that."""
 
     @property
     def n_levels(self) -> int:
@@ -100,16 +103,24 @@ class ExposureCounts:
 
     @property
     def own_mean(self) -> Floats:
-        """Prior mean of the own unknowns, shape (1,) or (1 + K,)."""
-        n_free = self.log_exposures.size if self.exposure_error > 0 else 0
-        return np.concatenate([[np.log(TYPICAL_SCATTER)], np.zeros(n_free)])
+        """Prior mean of the own unknowns, shape (N,)."""
+        noise = AffineNoise.from_8bit(*TYPICAL_8BIT)
+        log_noise = np.log([noise.slope, noise.floor]) if self.own_noise else np.empty(0)
+        changes = np.zeros(self.log_exposures.size if self.exposure_error > 0 else 0)
+        return np.concatenate([[np.log(TYPICAL_SCATTER)], log_noise, changes])
 
     @property
     def own_precision(self) -> Floats:
         """Inverse of their prior covariance."""
-        n_free = self.own_mean.size - 1
-        deviations = np.concatenate([[SCATTER_SPREAD], np.full(n_free, self.exposure_error)])
+        deviations = np.full(self.own_mean.size, self.exposure_error)
+        deviations[0] = SCATTER_SPREAD
+        deviations[1 : self.first_change] = TYPICAL_SPREAD
         return np.diag(1 / deviations**2)
+
+    @property
+    def first_change(self) -> int:
+        """Place of the first exposure among the own unknowns."""
+        return 3 if self.own_noise else 1
 
 
 class ExposureModel:
@@ -128,7 +139,11 @@ class ExposureModel:
         self, counts: ExposureCounts, edges: Floats, noise: AffineNoise, own: Floats
     ) -> None:
         self._counts = counts
-        log_exposures = counts.log_exposures + (own[1:] if own.size > 1 else 0.0)
+        changes = own[counts.first_change :]
+        log_exposures = counts.log_exposures + (changes if changes.size else 0.0)
+        if counts.own_noise:
+            slope, floor = np.exp(own[1:3])
+            noise = AffineNoise(float(slope), float(floor))
         self._rows = [
             _Rows(
                 table,
@@ -164,10 +179,13 @@ class ExposureModel:
         for table, rows in zip(self._counts.tables, self._rows, strict=True):
             # A table knows edges, ln u, ln v, ln κ and ln ρ.
             turn = np.zeros((4, size - n_inner))
-            turn[:2, : len(mix)] = mix.T
             turn[2, len(mix)] = 1.0
-            if self._n_own > 1:
-                first = len(mix) + 1
+            if self._counts.own_noise:
+                turn[[0, 1], [len(mix) + 1, len(mix) + 2]] = 1.0
+            else:
+                turn[:2, : len(mix)] = mix.T
+            first = len(mix) + self._counts.first_change
+            if first < size - n_inner:
                 turn[3, first + table.longer], turn[3, first + table.shorter] = 1.0, -1.0
             rows.add_to(gradient, information, turn)
         return Expansion(self.log_likelihood(), gradient, information)
@@ -219,9 +237,8 @@ class _Rows:
         self._noise, self._scatter, self._ratio = noise, scatter, ratio
         self._width = edges[self._upper] - edges[self._upper - 1]
         self._light = (edges[self._upper] + edges[self._upper - 1]) / 2
-        self._share = 1.0 / ratio
-        if table.shift is not None:
-            self._share = (1.0 + table.shift[self._upper]) / ratio
+        shift = 0.0 if table.shift is None else table.shift[self._upper]
+        self._share = np.full(self._upper.size, 1.0 / ratio) * (1.0 + shift)
         self._mean = self._light * self._share
         self._seen = noise.variance(self._light) + self._width**2 / 12
         variance = noise.variance(self._mean) + self._seen / ratio**2
@@ -343,7 +360,7 @@ class _Rows:
         """
         slope, floor, ratio, mean = self._noise.slope, self._noise.floor, self._ratio, self._mean
         scattered = (self._scatter * mean) ** 2
-        half = np.broadcast_to(0.5 * self._share, mean.shape)
+        half = 0.5 * self._share
         along = slope * mean + 2 * scattered  # ∂s²/∂ln m
         middle = 0.5 * (along / self._light + slope / ratio**2)
         apart = self._width / (6 * ratio**2)

@@ -1,9 +1,10 @@
 """Exposures of one scene in, comparagrams out.
 
 Each frame is read once, and of its pixels an even sample is kept: single pixels, never means, as
-the mean of a saturated pixel and its neighbour is a level that no curve explains. Any two
-exposures are then compared pixel by pixel; neighbours alone would do for the shape of the curve
-in the small, but the error of each step would add up from the darkest to the brightest.
+the mean of a saturated pixel and its neighbour is a level that no curve explains. Each exposure is
+then compared with the next and the next but one, pixel by pixel; more pairs take longer and
+tell little more (on nine real cameras the median error falls from 0.0059 with neighbours alone
+to 0.0055, with all pairs to 0.0051).
 
 Colours are heard less than greys. What a camera does to a colour beyond its curve (a matrix,
 a gamut, a film look) moves red, green and blue against each other; of neutral pixels it
@@ -12,15 +13,18 @@ moves none. Where the scene has no greys, colours still tell.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
+from chartless.brightness_transfer import brightness_transfer
 from chartless.channels import planes_of, require_alike, require_mask
 from chartless.errors import UnfitFramesError
 from chartless.exposure_likelihood import Comparagram, ExposureCounts
 from chartless.frame import Frame, FrameSource
+from chartless.log_slopes import irradiance_at_edges, measured_prior
+from chartless.screening import PairCheck, check_pair
 from chartless.types import Bools, Counts, Floats, Floats32, Levels
 
 MOST_LEVELS = 256
@@ -33,6 +37,7 @@ COLOURED_TRUST = 0.1
 """Weight of a coloured pixel, that of a grey one being 1."""
 NEUTRAL = 0.12
 """Difference of the largest and the least channel, as a share of the largest, of a grey pixel."""
+_APART = (1, 2)  # steps of exposure between those that are compared
 _LEAST_STEP = np.log(1.05)  # of exposure: below, two exposures are as good as one
 _DARK, _BRIGHT = 0.08, 0.96  # levels from which the cast of the light is read
 _LEAST_CAST = 100  # pixels
@@ -45,11 +50,16 @@ class BracketEvidence:
     tables: dict[str, tuple[Comparagram, ...]]
     """Of each channel, by its name: one for any two exposures, weighted."""
     log_exposures: Floats
-    """ln of the exposures as given, shape (K,)."""
+    """ln of the exposures as given or, if they are unknown, as a usual camera would have them,
+    shape (K,)."""
     exposure_error: float
     """Deviation of each; 0 if they are exact."""
     histograms: dict[str, Counts]
     """How often each level occurs in each exposure, shape (K, L)."""
+    checks: tuple[PairCheck, ...]
+    """One for each exposure and the next, their levels brought together."""
+    overlaps: tuple[float, ...]
+    """Share of pixels that are neither black nor white in an exposure and the next."""
     bit_depth: int
     """Of the frames as read."""
     sources: tuple[FrameSource, ...]
@@ -79,7 +89,7 @@ class _Sample:
 
 def bracket_evidence(
     frames: Iterable[Frame],
-    log_exposures: Floats,
+    log_exposures: Floats | None,
     *,
     exposure_error: float = 0.0,
     channels: str = "auto",
@@ -95,8 +105,8 @@ def bracket_evidence(
     ----------
     frames : iterable of Frame
         One for each exposure, consumed one by one.
-    log_exposures : ndarray, shape (K,)
-        ln of their exposures, up to a constant.
+    log_exposures : ndarray, shape (K,), or None
+        ln of their exposures, up to a constant; None if unknown.
     exposure_error : float
         Deviation of each; 0 if they are exact.
     channels : str
@@ -126,6 +136,8 @@ def bracket_evidence(
     samples: list[_Sample] = []
     sources: list[FrameSource] = []
     histograms: dict[str, list[Counts]] = {}
+    checks: list[PairCheck] = []
+    before: dict[str, Levels] = {}
     first: Frame | None = None
     for frame in frames:
         if first is None:
@@ -138,27 +150,81 @@ def bracket_evidence(
             counts = np.bincount(seen.ravel(), minlength=n_levels).astype(np.int64)
             histograms.setdefault(name, []).append(counts)
         samples.append(_sample(planes, n_levels, mask, bloom_radius))
+        if aligned and before:
+            middle = list(planes)[len(planes) // 2]
+            checks.append(_check(before[middle], planes[middle], n_levels, mask))
+        before = planes
         sources.append(frame.source)
         if on_frame is not None:
             on_frame(frame)
-    if first is None or len(sources) != log_exposures.size:
-        msg = f"{len(sources)} frames were given for {log_exposures.size} exposures"
+    if first is None or len(sources) < 2:  # noqa: PLR2004 - exposures to compare
+        msg = "a bracket needs two or more frames of one scene at different exposures"
         raise UnfitFramesError(msg)
+    if log_exposures is None:
+        log_exposures = _guessed(samples, n_levels)
     stacked = {name: np.stack(rows) for name, rows in histograms.items()}
     pairs = _pairs(log_exposures)
     if aligned:
         tables = {name: _compared(samples, name, pairs, n_levels) for name in stacked}
     else:
         tables = {name: _matched(rows, pairs) for name, rows in stacked.items()}
+    inner = [_inner(sample, n_levels) for sample in samples]
     return BracketEvidence(
-        tables, log_exposures, exposure_error, stacked, first.bit_depth, tuple(sources)
+        tables=tables,
+        log_exposures=log_exposures,
+        exposure_error=exposure_error,
+        histograms=stacked,
+        checks=tuple(checks),
+        overlaps=tuple(float(np.mean(a & b)) for a, b in pairwise(inner)),
+        bit_depth=first.bit_depth,
+        sources=tuple(sources),
     )
 
 
+def _inner(sample: _Sample, n_levels: int) -> Bools:
+    """Pixels that are usable, and neither black nor white in any channel."""
+    inner = sample.usable
+    for levels in sample.levels.values():
+        inner = inner & (levels > 0) & (levels < n_levels - 1)
+    return inner
+
+
+def _guessed(samples: list[_Sample], n_levels: int) -> Floats:
+    """Ln of the exposures if the camera were the mean of all, shape (K,)."""
+    edges = irradiance_at_edges(measured_prior(n_levels).mean)
+    log_light = np.log((edges[1:] + edges[:-1]) / 2)
+    inner = [_inner(sample, n_levels) for sample in samples]
+    steps = [0.0]
+    for (one, other), (a, b) in zip(pairwise(samples), pairwise(inner), strict=True):
+        both = a & b
+        ratios = [
+            np.median(log_light[other.levels[name][both]] - log_light[one.levels[name][both]])
+            for name in one.levels
+        ]
+        steps.append(float(np.mean(ratios)) if both.any() else 0.0)
+    return np.cumsum(steps)
+
+
+def _check(first: Levels, second: Levels, n_levels: int, mask: Bools | None) -> PairCheck:
+    """Compare two exposures as if they were one, the levels of the first brought to the second."""
+    usable = (first > 0) & (first < n_levels - 1) & (second > 0) & (second < n_levels - 1)
+    usable = usable if mask is None else usable & mask
+    counts = np.bincount(
+        first[usable].astype(np.intp) * n_levels + second[usable], minlength=n_levels**2
+    ).reshape(n_levels, n_levels)
+    level, follows = brightness_transfer(counts.astype(np.float64))
+    if level.size == 0:
+        return PairCheck(0.0, 0.0, 0.0, 0.0)
+    table = np.interp(np.arange(n_levels), level, np.maximum.accumulate(follows))
+    brought: Levels = np.rint(table).astype(np.uint16)[first]
+    return check_pair(brought, second, usable)
+
+
 def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:
-    """Numbers of a shorter and a longer exposure, all such pairs."""
-    everyone = permutations(range(log_exposures.size), 2)
-    return [(a, b) for a, b in everyone if log_exposures[b] - log_exposures[a] > _LEAST_STEP]
+    """Numbers of a shorter and a longer exposure that are compared."""
+    order = np.argsort(log_exposures, kind="stable")
+    steps = [(a, b) for apart in _APART for a, b in zip(order, order[apart:], strict=False)]
+    return [(int(a), int(b)) for a, b in steps if log_exposures[b] - log_exposures[a] > _LEAST_STEP]
 
 
 def _sample(

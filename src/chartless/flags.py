@@ -99,6 +99,34 @@ class Flag(_Advice):
             "file: give frames as the camera writes them"
         ),
     )
+    EXPONENT_UNKNOWN = (
+        "exponent-unknown",
+        (
+            "exposures of unknown ratio tell the curve f only up to a power f^γ, and what cameras "
+            "commonly do had to choose γ: give --times, or repeat an exposure so that noise tells"
+        ),
+    )
+    EXPOSURES_OFF = (
+        "exposures-off",
+        (
+            "the exposures are not what the files or --times say: the shutter, the light or the "
+            "camera's own gain changed; the curve follows what the pictures show"
+        ),
+    )
+    SCATTER = (
+        "scatter",
+        (
+            "levels of one exposure do not follow from those of another: something moved, or the "
+            "camera treats each picture differently: fix focus, white balance and picture style"
+        ),
+    )
+    LITTLE_OVERLAP = (
+        "little-overlap",
+        (
+            "neighbouring exposures share few levels that are neither black nor white: take them "
+            "closer together"
+        ),
+    )
     LOW_NOISE = (
         "low-noise",
         "the noise hardly exceeds the rounding of the levels: raise the ISO",

@@ -11,7 +11,7 @@ class CameraSettings:
     """What the camera noted about a picture; None where the file does not say."""
 
     exposure_time: float | None = None
-    """Seconds."""
+    """Seconds: of what is called 1/30 s and is 1/32, the latter where the file tells."""
     f_number: float | None = None
     iso: float | None = None
     camera: str | None = None

@@ -21,8 +21,8 @@ KINDS = ("auto", "noise", "bracket", "both")
 """What a user may ask for; auto takes what there is."""
 UNKNOWN = "unknown"
 """For times, instead of numbers."""
-EXIF_ERROR = 0.05
-"""Relative error of exposures that a camera notes: what it calls 1/30 s may be 1/32."""
+EXIF_ERROR = 0.02
+"""Relative error of exposures that a camera notes: shutters and apertures are as good as that."""
 UNKNOWN_ERROR = 1.5
 """Deviation of ln t where nothing is known: a factor of four or five either way."""
 _DISAGREE = 0.5  # stops between --times and EXIF

@@ -105,6 +105,7 @@ def maximise(
     start: State,
     *,
     hold_ratio: bool = True,
+    tolerance: float = _SETTLED,
 ) -> Mode:
     """Most probable state, by Fisher scoring.
 
@@ -116,6 +117,8 @@ def maximise(
     start : State
     hold_ratio : bool
         Whether u/v stays what it is at the start. Level pairs of one exposure hardly tell it.
+    tolerance : float
+        Gain of a step, in nats, below which the search is over.
     """
     # At fixed r, ln u and ln v move together.
     mix = np.ones((1, 2)) if hold_ratio else np.eye(2)
@@ -145,9 +148,9 @@ def maximise(
                 break
             damping = max(8 * damping, 1e-6)
         else:  # nothing near is better, or rounding hides it
-            settled = float(gradient @ step) < _SETTLED
+            settled = float(gradient @ step) < tolerance
             break
-        settled = trial_value - value < _SETTLED and scale == 1.0
+        settled = trial_value - value < tolerance and scale == 1.0
         state, fits, value = trial, trial_fits, trial_value
         if settled:  # the information has hardly changed since
             break
@@ -354,6 +357,8 @@ class Posterior:
     for each level."""
     best: Mode
     """Of the modes along the ridge that of highest evidence."""
+    mode_weights: Floats
+    """How much of the posterior each mode stands for, of sum 1."""
     best_variance: Floats
     """Variance of g at the levels if the ratio is that of the best mode, shape (L,)."""
 
@@ -387,7 +392,8 @@ def integrated(
     noise_covariances = np.array([covariance for _, covariance in within])
     n_coordinates = space.mean.size if isinstance(space, FamilyCurve) else 0
     coordinates = np.array([mode.state.coordinates[:n_coordinates] for mode in modes])
-    covariances = np.array([_covariance(mode, n_coordinates) for mode in modes])
+    covariances = np.array([covariance_of(mode, slice(n_coordinates)) for mode in modes])
+    share_of_mode = np.eye(len(modes))
     if len(modes) > 1:
         pieces = [np.linspace(*ends, _FINE, endpoint=False) for ends in pairwise(log_ratios)]
         fine = np.concatenate([*pieces, log_ratios[-1:]])
@@ -421,6 +427,7 @@ def integrated(
         _spread(log_noise, weights) + np.tensordot(weights, noise_covariances, axes=1),
         _spread(coordinates, weights) + np.tensordot(weights, covariances, axes=1),
         best,
+        share_of_mode.T @ weights,
         within[top][0],
     )
 
@@ -492,11 +499,12 @@ def _variances(mode: Mode, space: AbstractCurveSpace) -> tuple[Floats, Floats]:
     return np.concatenate([[0.0], variances, [0.0]]), mode.mix.T @ noise @ mode.mix
 
 
-def _covariance(mode: Mode, size: int) -> Floats:
-    """Covariance of the first unknowns of a mode, shape (size, size)."""
-    if size == 0:  # LAPACK may refuse
+def covariance_of(mode: Mode, which: slice) -> Floats:
+    """Covariance of some unknowns of a mode, in the order of its factor."""
+    changes = np.eye(len(mode.factor))[:, which]
+    if changes.shape[1] == 0:  # LAPACK may refuse
         return np.empty((0, 0))
-    roots = _roots(mode, np.eye(len(mode.factor), size))
+    roots = _roots(mode, changes)
     return np.asarray(roots.T @ roots)
 
 

@@ -50,6 +50,19 @@ class NoiseError:
         return cls(float(slope), float(floor), float(covariance[0, 1] / (slope * floor)))
 
 
+@dataclass(frozen=True, slots=True)
+class ExposureEstimate:
+    """What a bracket told of its exposures."""
+
+    relative: tuple[float, ...]
+    """Exposures in the order of the inputs, the least being 1."""
+    exponent_error: float
+    """Deviation of ln γ if the curve is known up to f^γ; 0 if the exposures are exact. A curve and
+    its powers explain a bracket alike, with exposures that are powers of each other."""
+    scatter: float
+    """Relative deviation of irradiance between exposures that noise does not explain."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Response:
     """A camera's response in one channel, estimated.
@@ -97,6 +110,8 @@ class Response:
     outliers: float | None = None
     """Share of the pairs left out because they changed far more than noise explains; None where
     the method leaves none out."""
+    exposures: ExposureEstimate | None = None
+    """Of a bracket, where the method tells it."""
     history: SearchHistory | None = None
     table: Cooccurrence | None = None
     """The evidence, for plots and for estimating again, without what was left out."""

@@ -220,7 +220,7 @@ def covered_levels(table: Cooccurrence) -> tuple[int, int]:
 
 
 def screen(
-    tables: Mapping[str, Cooccurrence], checks: Sequence[PairCheck]
+    tables: Mapping[str, Cooccurrence], checks: Sequence[PairCheck], *, covering: bool = True
 ) -> Mapping[str, tuple[Flag, ...]]:
     """Refuse frames from which nothing can be learned; say what is doubtful about the rest.
 
@@ -229,6 +229,8 @@ def screen(
     tables : mapping from channel names to Cooccurrence
     checks : sequence of PairCheck
         One per pair of consecutive frames, in their order.
+    covering : bool
+        Whether the levels must cover enough of the range.
 
     Returns
     -------
@@ -239,7 +241,7 @@ def screen(
     UnfitFramesError
         With one sentence that says why and what to do.
     """
-    own = {name: _screen_table(name, table) for name, table in tables.items()}
+    own = {name: _screen_table(name, table, covering) for name, table in tables.items()}
     common = _screen_frames(checks)
     return {
         name: tuple(flag for flag in Flag if flag in {*common, *flags})
@@ -260,7 +262,7 @@ def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
         if check.drift > LARGE and check.drift_share > GROSS:
             msg = (
                 f"{pair}: the brightness changed ({check.drift:.0%} of the levels): fix exposure "
-                "and white balance by hand and use steady light"
+                "and white balance by hand and use steady light; of a bracket, give --times"
             )
             raise UnfitFramesError(msg)
         if check.outliers > MOST_MOVERS:
@@ -286,7 +288,7 @@ def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
     return [flag for flag, measured, limit in doubts if measured > limit]
 
 
-def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
+def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:  # noqa: FBT001
     counts, top = table.counts, table.n_levels - 1
     if table.n_pairs == 0:
         msg = "the mask leaves no pixels to compare"
@@ -314,7 +316,7 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
         raise UnfitFramesError(msg)
     low, high = covered_levels(table)
     coverage = (high - low) / top
-    if coverage < LEAST_COVERAGE:
+    if covering and coverage < LEAST_COVERAGE:
         msg = (
             f"channel {name}: levels {low} to {high} of 0 to {top} cover {coverage:.0%} of the "
             f"range, too little to tell a curve (least {LEAST_COVERAGE:.0%}): photograph a "
@@ -327,7 +329,8 @@ def _screen_table(name: str, table: Cooccurrence) -> list[Flag]:
     if drift > GROSS:
         msg = (
             f"channel {name}: the brightness changed between frames ({drift:.0%} of their "
-            "difference): fix exposure and white balance by hand and use steady light"
+            "difference): fix exposure and white balance by hand and use steady light; of a "
+            "bracket, give --times"
         )
         raise UnfitFramesError(msg)
     doubts = (

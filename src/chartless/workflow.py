@@ -4,8 +4,9 @@ import hashlib
 import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless._version import __version__
+from chartless.bracket_screening import screen_bracket
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
-from chartless.evidence import NoiseEvidence, dark_histograms, noise_evidence
-from chartless.frame import Frame
+from chartless.evidence import NoiseEvidence, dark_histograms, joined, noise_evidence
+from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
+from chartless.flags import Flag
+from chartless.frame import CameraSettings, Frame, FrameSource
 from chartless.models import MODELS
+from chartless.plan import Plan, planned
 from chartless.response import Response
 from chartless.screening import screen
 from chartless.types import JsonObject, Levels
@@ -39,12 +44,20 @@ def calibrate(
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
     dark: Sequence[str | os.PathLike[str] | Levels] = (),
     shared_noise: bool = False,
+    evidence: str = "auto",
+    times: Sequence[float] | str | None = None,
+    time_error: float | None = None,
+    aligned: bool = True,
+    bloom_radius: int = 0,
     jobs: int = 1,
     scheduler: str | None = None,
     progress: Progress | None = None,
     **settings: Any,  # noqa: ANN401 - each method names and checks its own
 ) -> Calibration:
-    """Calibrate a camera from frames of one still scene at one exposure.
+    """Calibrate a camera from frames of one still scene, of one exposure or of several.
+
+    Frames of one exposure are compared for their noise, exposures for their levels; where an
+    exposure of several is repeated, both tell. EXIF or `times` decide which it is.
 
     Parameters
     ----------
@@ -68,6 +81,16 @@ def calibrate(
     shared_noise : bool
         Whether all channels have one ratio of the noise parameters, as those of a sensor have
         before white balance; method likelihood only.
+    evidence : str
+        "auto" (what there is), "noise", "bracket" or "both".
+    times : sequence of float or "unknown", optional
+        Relative exposure of each frame, instead of what EXIF says.
+    time_error : float, optional
+        Relative error of the exposures; without, 0 for `times`, 2 % for EXIF.
+    aligned : bool
+        Whether a pixel sees the same spot in all exposures; if not, their histograms are matched.
+    bloom_radius : int
+        Pixels around saturated ones that are left out of an exposure.
     jobs : int
         Processes that read files. The result does not depend on it.
     scheduler : str, optional
@@ -105,58 +128,58 @@ def calibrate(
     """
     calibrator = _calibrator(method, model, settings)
     joint = _joint(calibrator) if shared_noise else None
-    evidence = _evidence(
+    plan = _plan(frames, calibrator, times=times, time_error=time_error, kind=evidence)
+    read = _read(
         frames,
+        plan,
         progress,
         jobs,
         scheduler,
-        channels=channels,
-        n_levels=n_levels,
-        mask=_read_mask(mask),
+        common={"channels": channels, "n_levels": n_levels, "mask": _read_mask(mask)},
+        bracket={"aligned": aligned, "bloom_radius": bloom_radius},
     )
-    dark_levels = dark_histograms(_frames(dark), evidence.tables, channels, n_levels)
-    doubts = screen(evidence.tables, evidence.checks)
-    n_channels = len(evidence.tables)
+    noise, bracket, names = read.noise, read.bracket, list(read.flags)
+    dark_levels = dark_histograms(_frames(dark), names, channels, n_levels)
 
     def estimate(place: int, name: str) -> Response:
         def channel_progress(share: float) -> None:
             if progress is not None:
-                progress("estimating", (place + share) / n_channels)
+                progress("estimating", (place + share) / len(names))
 
-        table = evidence.tables[name]
-        found = calibrator.calibrate(
-            table,
+        return calibrator.calibrate(
+            None if noise is None else noise.tables[name],
+            exposures=None if bracket is None else bracket.counts(name),
             channel=name,
-            n_frames=evidence.n_frames,
+            n_frames=2 if noise is None else noise.n_frames,
             dark=dark_levels.get(name),
             progress=channel_progress,
         )
-        return found.with_flags(*doubts[name])
 
     # One after the other: NumPy's steps on tables are so short that threads get in each
     # other's way, and the whole takes longer.
-    if joint is not None:
+    if joint is not None and noise is not None and bracket is None:
         responses = joint.calibrate_together(
-            evidence.tables,
-            n_frames=evidence.n_frames,
+            noise.tables,
+            n_frames=noise.n_frames,
             dark=dark_levels,
             progress=None if progress is None else partial(progress, "estimating"),
         )
-        responses = tuple(each.with_flags(*doubts[each.name]) for each in responses)
     else:
-        responses = tuple(estimate(place, name) for place, name in enumerate(evidence.tables))
+        responses = tuple(estimate(place, name) for place, name in enumerate(names))
+    responses = tuple(each.with_flags(*read.flags[each.name]) for each in responses)
     return Calibration(
         channels=responses,
-        bit_depth=evidence.bit_depth,
+        bit_depth=read.bit_depth,
         provenance={
             "chartless": __version__,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "inputs": [
-                {"file": str(source.path), "sha256": source.sha256} for source in evidence.sources
+                {"file": str(source.path), "sha256": source.sha256} for source in read.sources
             ],
             "settings": {
                 "method": method,
                 "model": calibrator.family,
+                "evidence": plan.reason,
                 "channels": channels,
                 "levels": n_levels,
                 "dark": [str(item) if not _is_array(item) else "array" for item in dark],
@@ -165,9 +188,7 @@ def calibrate(
                 **calibrator.settings,
             },
             "remarks": [
-                f"{source.path}: {remark}"
-                for source in evidence.sources
-                for remark in source.remarks
+                f"{source.path}: {remark}" for source in read.sources for remark in source.remarks
             ],
         },
     )
@@ -200,15 +221,108 @@ def _is_array(item: object) -> bool:
     return isinstance(item, np.ndarray)
 
 
-def _evidence(
+def _plan(
+    items: Sequence[str | os.PathLike[str] | Levels],
+    calibrator: AbstractCalibrator,
+    **asked: Any,  # noqa: ANN401
+) -> Plan:
+    """What to read from the frames, of that what the method takes."""
+    _require_different(items)
+    names = [
+        Path(f"frame {number}") if isinstance(item, np.ndarray) else Path(item)
+        for number, item in enumerate(items, start=1)
+    ]
+    plan = planned(names, [_settings(item) for item in items], **asked)
+    taken = calibrator.takes
+    plan = replace(plan, noise=plan.noise and "noise" in taken)
+    if plan.bracket and "exposures" not in taken:
+        msg = (
+            f"this is {plan.reason}, and {calibrator.method} reads noise alone: choose the method "
+            "likelihood, or --evidence noise for frames of one exposure"
+        )
+        raise ParameterError(msg)
+    if not plan.bracket and "noise" not in taken:
+        msg = f"{calibrator.method} compares exposures, and this is {plan.reason}: give --times"
+        raise ParameterError(msg)
+    return plan
+
+
+def _settings(item: str | os.PathLike[str] | Levels) -> CameraSettings:
+    if isinstance(item, np.ndarray):
+        return CameraSettings()
+    from chartless.images import read_settings
+
+    return read_settings(item)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Read:
+    """What was read from the frames."""
+
+    noise: NoiseEvidence | None
+    bracket: BracketEvidence | None
+    flags: dict[str, tuple[Flag, ...]]
+    """Doubts about each channel, by its name."""
+    sources: tuple[FrameSource, ...]
+    bit_depth: int
+
+
+def _read(
+    items: Sequence[str | os.PathLike[str] | Levels],
+    plan: Plan,
+    progress: Progress | None,
+    jobs: int,
+    scheduler: str | None,
+    *,
+    common: dict[str, Any],
+    bracket: dict[str, Any],
+) -> _Read:
+    """Read the evidence that was planned, and screen it."""
+    if not plan.bracket:
+        noise = _noise(items, progress, jobs, scheduler, common)
+        return _Read(
+            noise, None, dict(screen(noise.tables, noise.checks)), noise.sources, noise.bit_depth
+        )
+    places = itertools.count(1)
+
+    def on_frame(_: Frame) -> None:
+        if progress is not None:
+            progress("reading exposures", next(places) / len(plan.groups))
+
+    exposures = bracket_evidence(
+        _frames([items[group[0]] for group in plan.groups]),
+        plan.log_exposures,
+        exposure_error=plan.exposure_error,
+        on_frame=on_frame,
+        **common,
+        **bracket,
+    )
+    flags = screen_bracket(exposures)
+    if not plan.noise:
+        return _Read(None, exposures, flags, exposures.sources, exposures.bit_depth)
+    common = {**common, "n_levels": min(common["n_levels"], MOST_LEVELS)}
+    repeated = [group for group in plan.groups if len(group) > 1]
+    parts = [
+        _noise([items[place] for place in group], progress, 1, None, common) for group in repeated
+    ]
+    noise = reduce(partial(joined, continued=False), parts)
+    # Levels that repeats do not cover are covered by other exposures.
+    both = {
+        name: (*flags[name], *(flag for flag in own if flag is not Flag.LEVELS_UNSEEN))
+        for name, own in screen(noise.tables, noise.checks, covering=False).items()
+    }
+    repeats = [source for part in parts for source in part.sources[1:]]
+    return _Read(noise, exposures, both, (*exposures.sources, *repeats), exposures.bit_depth)
+
+
+def _noise(
     items: Sequence[str | os.PathLike[str] | Levels],
     progress: Progress | None,
     jobs: int,
     scheduler: str | None,
-    **settings: Any,  # noqa: ANN401 - of `noise_evidence`
+    settings: dict[str, Any],
 ) -> NoiseEvidence:
     """Count the level pairs of files and arrays, in this process or in several."""
-    _require_different(items)
 
     def on_part(done: int, total: int) -> None:
         if progress is not None:

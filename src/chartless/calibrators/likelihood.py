@@ -34,19 +34,25 @@ from chartless.posterior import (
     Mode,
     Posterior,
     State,
+    covariance_of,
     integrated,
     maximise,
     ridge,
     ridge_share,
     std_with_dark,
 )
-from chartless.response import NoiseError, Response, Status
+from chartless.response import ExposureEstimate, NoiseError, Response, Status
 from chartless.terms import AbstractTerm, ExposureFit, ExposureTerm, PairFit, PairTerm
 from chartless.types import Counts, Floats
 
 # Deviance, as a multiple of what chance gives, above which pairs are not explained.
 _POOR = 1.5
+# Deviation of ln γ above which the power of a curve is an open question; deviations of exposures
+# from what they are said to be; relative scatter above which they do not belong together.
+_UNSURE_EXPONENT, _FAR_OFF, _MUCH_SCATTER = 0.05, 3.0, 0.15
+_UNKNOWN = 0.5  # error of exposures above which they count as unknown
 _QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
+_FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
 _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
 _SCENE_STEPS = 8  # of expectation maximisation, for a first scene
 # Flagged where dark frames would narrow the band by a tenth: that of twenty photographs by 0.3 % at
@@ -189,7 +195,7 @@ class LikelihoodSearch(AbstractCalibrator):
 
         still = None if table is None else without_outliers(table)
         if exposures is not None:
-            found = self._of_exposures(exposures, still, n_frames, dark)
+            found = self._of_exposures(exposures, still, n_frames, dark, on_mode)
         else:
             assert still is not None
             found = self._of_noise(still, n_frames, dark, on_mode)
@@ -222,16 +228,19 @@ class LikelihoodSearch(AbstractCalibrator):
         still: Cleaned | None,
         n_frames: int,
         dark: Counts | None,
+        on_mode: Callable[[int], None],
     ) -> Found:
         prior = self._prior(exposures.n_levels)
         space = self._space(exposures.n_levels)
         start = transfer_curve(exposures, prior)
-        own = exposures.own_mean.copy()
+        exposures = replace(exposures, own_noise=still is not None)
+        noise = AffineNoise.from_8bit(*_QUIET_8BIT)
+        own, first = exposures.own_mean.copy(), exposures.first_change
         own[0] = np.log(_FIRST_SCATTER)
-        own[1:] = start.log_exposure_changes[: own.size - 1]
+        own[1:first] = np.log([noise.slope, noise.floor])[: first - 1]
+        own[first:] = start.log_exposure_changes[: own.size - first]
         terms: list[AbstractTerm] = [ExposureTerm(exposures)]
         unknowns = [own]
-        noise = AffineNoise.from_8bit(*_QUIET_8BIT)
         if still is not None:
             # One search for all: pairs count as they would along the ridge.
             weight = self.weight * independent_share(n_frames)
@@ -245,11 +254,14 @@ class LikelihoodSearch(AbstractCalibrator):
         begin = State(
             space.nearest(start.edges), np.log([noise.slope, noise.floor]), tuple(unknowns)
         )
-        first = maximise(terms, space, begin, hold_ratio=False)
-        (fit,) = (each for each in first.fits if isinstance(each, ExposureFit))
+        look = maximise(terms, space, begin, hold_ratio=still is not None, tolerance=_FIRST_SETTLED)
+        (fit,) = (each for each in look.fits if isinstance(each, ExposureFit))
         terms[0] = ExposureTerm(fit.model.informed())
-        mode = maximise(terms, space, first.state, hold_ratio=False)
-        return Found(space, [mode], 1.0, still, exposures)
+        if still is None:
+            modes = [maximise(terms, space, look.state, hold_ratio=False)]
+        else:
+            modes = ridge(terms, space, look.state, 1.0, on_mode=on_mode)
+        return Found(space, modes, 1.0, still, exposures)
 
     def _response(self, channel: str, found: Found, others: list[list[Mode]]) -> Response:
         posterior = integrated(found.modes, found.space, found.share, others=others)
@@ -279,7 +291,7 @@ class LikelihoodSearch(AbstractCalibrator):
             if isinstance(fit, PairFit) and found.still is not None:
                 response = _judged_pairs(response, found, fit, posterior)
         if found.exposures is not None:
-            response = _judged_exposures(response, found.exposures)
+            response = _judged_exposures(response, found, posterior.mode_weights)
         doubts = (
             (Flag.SEARCH_UNFINISHED, not found.settled),
             (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
@@ -326,15 +338,51 @@ def _judged_pairs(response: Response, found: Found, fit: PairFit, posterior: Pos
     return judged.with_flags(*(flag for flag, holds in doubts if holds))
 
 
-def _judged_exposures(response: Response, counts: ExposureCounts) -> Response:
+def _judged_exposures(response: Response, found: Found, weights: Floats) -> Response:
     """Response with what level pairs of different exposures say of themselves."""
+    counts = found.exposures
+    assert counts is not None
     low, high = counts.observed_levels
     others = response.observed_levels if response.table is not None else (low, high)
-    return replace(
+    log_exposures, error = _exposures_found(counts, found.modes, weights)
+    changes = log_exposures - counts.log_exposures
+    exact = counts.exposure_error == 0
+    off = 0.0 if exact else float(np.ptp(changes)) / 2 / counts.exposure_error
+    scatter = float(np.exp(weights @ [mode.state.own[0][0] for mode in found.modes]))
+    relative = np.exp(log_exposures - log_exposures.min())
+    judged = replace(
         response,
         observed_levels=(min(low, others[0]), max(high, others[1])),
         n_pairs=response.n_pairs + counts.n_pixels,
+        exposures=ExposureEstimate(tuple(relative.tolist()), error, scatter),
     )
+    unknown = counts.exposure_error > _UNKNOWN and found.still is None
+    doubts = (
+        (Flag.EXPONENT_UNKNOWN, unknown or error > _UNSURE_EXPONENT),
+        (Flag.EXPOSURES_OFF, off > _FAR_OFF),
+        (Flag.SCATTER, scatter > _MUCH_SCATTER),
+    )
+    return judged.with_flags(*(flag for flag, holds in doubts if holds))
+
+
+def _exposures_found(
+    counts: ExposureCounts, modes: list[Mode], weights: Floats
+) -> tuple[Floats, float]:
+    """Ln of the exposures and the deviation of the exponent, within the modes and between them."""
+    if counts.exposure_error == 0:
+        return counts.log_exposures, 0.0
+    first, size = counts.first_change, counts.log_exposures.size
+    changes = np.array([mode.state.own[0][first:] for mode in modes])  # they are the first term
+    ends = np.zeros(size)
+    ends[counts.log_exposures.argmax()], ends[counts.log_exposures.argmin()] = 1.0, -1.0
+    within = []
+    for mode in modes:
+        place = len(mode.factor) - sum(own.size for own in mode.state.own) + first
+        within.append(ends @ covariance_of(mode, slice(place, place + size)) @ ends)
+    extents = (counts.log_exposures + changes) @ ends
+    extent = float(weights @ extents)
+    variance = float(weights @ (np.array(within) + (extents - extent) ** 2))
+    return counts.log_exposures + weights @ changes, float(np.sqrt(variance)) / extent
 
 
 def _worth(std: Floats, with_dark: Floats) -> bool:

@@ -1,5 +1,6 @@
 """Options that several commands share, and how their texts are read."""
 
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,6 +29,29 @@ def parse_pair(text: str) -> tuple[float, float]:
         msg = f"noise must be two numbers U,V such as 0.03,16, not {text!r}"
         raise ParameterError(msg) from None
     return slope, floor
+
+
+def parse_times(text: str) -> list[float] | str:
+    """Exposures from ``1,2,4``, ``1/30,1/8``, a file with one line for each, or ``unknown``.
+
+    The time of a line is its last word, so that lists of files and times will do.
+    """
+    if text == "unknown":
+        return text
+    path = Path(text)
+    parts = text.split(",")
+    if path.is_file():
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+        kept = (line.split("#")[0].split() for line in lines)
+        parts = [words[-1] for words in kept if words]
+    try:
+        return [float(Fraction(part.strip())) for part in parts]
+    except (ValueError, ZeroDivisionError):
+        where = f"{path}: " if path.is_file() else ""
+        msg = (
+            f"{where}times must be numbers such as 1,2,4 or 1/30,1/8, not {','.join(parts)[:60]!r}"
+        )
+        raise ParameterError(msg) from None
 
 
 def parse_curve(text: str) -> "AbstractCurve":

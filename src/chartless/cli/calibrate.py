@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chartless.cli._options import AsJson, Jobs, Scheduler, parse_pair
+from chartless.cli._options import AsJson, Jobs, Scheduler, parse_pair, parse_times
 from chartless.cli._terminal import FLAGGED, print_json, print_summary, progress_bar, remark
 from chartless.errors import ParameterError
 
@@ -17,7 +17,10 @@ def _search(text: str) -> Any:  # noqa: ANN401 - what Typer returns
 def calibrate(
     frames: Annotated[
         list[Path],
-        typer.Argument(help="Two or more pictures of one still scene.", show_default=False),
+        typer.Argument(
+            help="Two or more pictures of one still scene, of one exposure or of several.",
+            show_default=False,
+        ),
     ],
     output: Annotated[
         Path | None,
@@ -39,8 +42,8 @@ def calibrate(
     method: Annotated[
         str,
         typer.Option(
-            help="Method of estimation: likelihood, nlf (noise level alone, fast), ism-bin or "
-            "ism-sampled (image similarity)."
+            help="Method: likelihood; of noise nlf (noise level alone, fast), ism-bin, ism-sampled "
+            "(image similarity); of exposures debevec, mitsunaga, robertson."
         ),
     ] = "likelihood",
     channels: Annotated[str, typer.Option(help="auto (as in the file), rgb or luma.")] = "auto",
@@ -63,6 +66,35 @@ def calibrate(
             help="Take all channels to have one ratio U/V, as before white balance.",
         ),
     ] = False,
+    evidence: Annotated[
+        str,
+        typer.Option(
+            help="What to compare: auto (by exposures), noise (frames of one exposure), bracket "
+            "(exposures) or both."
+        ),
+    ] = "auto",
+    times: Annotated[
+        str | None,
+        typer.Option(
+            help="Relative exposures of the frames instead of EXIF: 1,2,4, a file with a line for "
+            "each, or unknown.",
+            show_default=False,
+        ),
+    ] = None,
+    time_error: Annotated[
+        float | None,
+        typer.Option(
+            help="Relative error of the exposures [0 with --times, 0.02 with EXIF].",
+            show_default=False,
+        ),
+    ] = None,
+    unaligned: Annotated[
+        bool,
+        typer.Option("--unaligned", help="Match exposures by their histograms: hand-held."),
+    ] = False,
+    bloom_radius: Annotated[
+        int, typer.Option(min=0, help="Leave out this many pixels around saturated ones.")
+    ] = 0,
     rounds: Annotated[int | None, _search("ism: rounds of the search, at most [15].")] = None,
     iterations: Annotated[
         int | None, _search("ism: iterations in a round, for noise and curve each [10].")
@@ -95,20 +127,23 @@ def calibrate(
 ) -> int:
     """Estimate the camera's response from FRAMES of one still scene.
 
-    The frames must have one exposure: two shots from a tripod are enough. Consecutive frames
-    are compared, so give them in the order they were taken.
+    Two shots of one exposure from a tripod are enough: their noise tells the curve. An exposure
+    bracket tells more; with an exposure repeated, both do. Frames of one exposure are compared
+    with the next, so give them in the order they were taken.
 
     \b
     Example:
         chartless calibrate a.jpg b.jpg -o camera.json
         chartless calibrate a.png b.png --dark cap1.png --dark cap2.png
+        chartless calibrate bracket/*.jpg -o camera.json
+        chartless calibrate dark.png middle.png bright.png --times 1,4,16
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
     """
     from chartless._files import require_writable
     from chartless.calibration_file import save, to_json
     from chartless.workflow import calibrate as calibrate_camera
 
-    given = {
+    given: dict[str, Any] = {
         "rounds": rounds,
         "iterations": iterations,
         "start": None if start is None else parse_pair(start),
@@ -133,6 +168,11 @@ def calibrate(
             mask=mask,
             dark=dark or (),
             shared_noise=shared_noise,
+            evidence=evidence,
+            times=None if times is None else parse_times(times),
+            time_error=time_error,
+            aligned=not unaligned,
+            bloom_radius=bloom_radius,
             jobs=jobs,
             scheduler=scheduler,
             progress=progress,
@@ -140,6 +180,7 @@ def calibrate(
         )
     if target is not None:
         save(calibration, target)
+    remark(f"evidence: {calibration.provenance['settings']['evidence']}")
     for text in calibration.provenance["remarks"]:
         remark(text)
     if as_json:

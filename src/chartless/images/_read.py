@@ -39,6 +39,7 @@ _RAW_SUFFIXES = (
     *(".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".srw"),
 )
 _FLOATS = (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
+_MOST_STOPS, _SAME_SHUTTER = 64, 0.12  # stops; 1/30 s and 1/32 s are 0.09 apart
 _WHITE_IS_ZERO, _PALETTE = 0, 3
 _PHOTOMETRIC = (_WHITE_IS_ZERO, 1, 2, 6)  # TIFF: grey, grey, RGB, YCbCr
 _PNM_HEADER = re.compile(rb"P[2356](?:\s+(?:#[^\n]*\n\s*)*(\d+)){3}\s")
@@ -309,11 +310,21 @@ def _number(spec: oiio.ImageSpec, name: str) -> float | None:
 def _settings(spec: oiio.ImageSpec) -> CameraSettings:
     iso = _number(spec, "Exif:PhotographicSensitivity") or _number(spec, "Exif:ISOSpeedRatings")
     return CameraSettings(
-        exposure_time=_number(spec, "ExposureTime"),
+        exposure_time=_exposure_time(spec),
         f_number=_number(spec, "FNumber"),
         iso=iso,
         camera=_camera(spec),
     )
+
+
+def _exposure_time(spec: oiio.ImageSpec) -> float | None:
+    """Return the time by ShutterSpeedValue (APEX, exact) if it means the same as the label."""
+    label = _number(spec, "ExposureTime")
+    apex = spec.getattribute("Exif:ShutterSpeedValue")
+    if label is None or not isinstance(apex, int | float) or not abs(apex) < _MOST_STOPS:
+        return label
+    exact = 2.0 ** -float(apex)
+    return exact if abs(math.log2(exact / label)) < _SAME_SHUTTER else label
 
 
 def _camera(spec: oiio.ImageSpec) -> str | None:

@@ -1,0 +1,109 @@
+"""Whether exposures are fit to be calibrated from, and what is doubtful about them."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from chartless.errors import UnfitFramesError
+from chartless.exposures import BracketEvidence
+from chartless.flags import Flag
+from chartless.screening import GOOD_COVERAGE, LEAST_COVERAGE, SUSPICIOUS
+from chartless.types import Counts
+
+MOST_CLIPPED = 0.995
+"""Share of black and white pixels above which an exposure is of no use."""
+LEAST_OVERLAP, GOOD_OVERLAP = 0.002, 0.05
+"""Share of pixels that two neighbouring exposures must show between black and white: below the
+first they are refused, below the second flagged."""
+_DARKER = 0.7  # share of pixels: a longer exposure is darker there than a shorter one
+_FEW = 1e-4  # share of the pixels of an exposure from which a level counts as covered
+_MOVED = 1.5  # pixels
+
+
+def screen_bracket(evidence: BracketEvidence) -> dict[str, tuple[Flag, ...]]:
+    """Refuse exposures from which nothing can be learned; say what is doubtful about the rest.
+
+    Returns
+    -------
+    dict of channel names to tuples of Flag
+
+    Raises
+    ------
+    UnfitFramesError
+        With one sentence that says why and what to do.
+    """
+    for counts in evidence.histograms.values():
+        _require_light(evidence, counts)
+    _require_order(evidence)
+    _require_overlap(evidence)
+    common = _doubts(evidence)
+    flags = {}
+    for name, counts in evidence.histograms.items():
+        covered = _coverage(counts)
+        if covered < LEAST_COVERAGE:
+            msg = (
+                f"channel {name}: the exposures cover {covered:.0%} of the levels, too few to tell "
+                f"a curve (least {LEAST_COVERAGE:.0%}): add longer or shorter exposures"
+            )
+            raise UnfitFramesError(msg)
+        own = {*common, *([Flag.LEVELS_UNSEEN] if covered < GOOD_COVERAGE else [])}
+        flags[name] = tuple(flag for flag in Flag if flag in own)
+    return flags
+
+
+def _require_light(evidence: BracketEvidence, counts: Counts) -> None:
+    clipped = (counts[:, 0] + counts[:, -1]) / np.maximum(counts.sum(axis=1), 1)
+    if np.count_nonzero(clipped <= MOST_CLIPPED) < 2:  # noqa: PLR2004 - to compare
+        worst = int(clipped.argmax())
+        white = counts[worst, -1] > counts[worst, 0]
+        colour, other = ("white", "shorter") if white else ("black", "longer")
+        msg = (
+            f"{evidence.sources[worst].path} is {clipped[worst]:.0%} {colour}: two exposures must "
+            f"show something; give {other} ones"
+        )
+        raise UnfitFramesError(msg)
+
+
+def _require_order(evidence: BracketEvidence) -> None:
+    """Refuse times that contradict the pictures."""
+    order = np.argsort(evidence.log_exposures, kind="stable")
+    for counts in evidence.histograms.values():
+        levels = np.arange(counts.shape[1])
+        mean = counts @ levels / np.maximum(counts.sum(axis=1), 1)
+        for shorter, longer in pairwise(order):
+            if mean[longer] < _DARKER * mean[shorter]:
+                msg = (
+                    f"{evidence.sources[longer].path} is darker than "
+                    f"{evidence.sources[shorter].path}, though its exposure is said to be longer: "
+                    "check --times and the order of the files"
+                )
+                raise UnfitFramesError(msg)
+
+
+def _require_overlap(evidence: BracketEvidence) -> None:
+    if max(evidence.overlaps) < LEAST_OVERLAP:
+        msg = (
+            "no two neighbouring exposures show a pixel between black and white in both: take "
+            "exposures closer together"
+        )
+        raise UnfitFramesError(msg)
+
+
+def _doubts(evidence: BracketEvidence) -> list[Flag]:
+    moved = any(
+        check.displacement > _MOVED or check.displacement_share > 2 * SUSPICIOUS
+        for check in evidence.checks
+    )
+    doubts = (
+        (Flag.MOTION, moved),
+        (Flag.LITTLE_OVERLAP, min(evidence.overlaps) < GOOD_OVERLAP),
+    )
+    return [flag for flag, holds in doubts if holds]
+
+
+def _coverage(counts: Counts) -> float:
+    """Share of the range between the lowest and the highest level that an exposure shows."""
+    inner = counts[:, 1:-1]
+    enough = inner >= _FEW * counts.sum(axis=1, keepdims=True)
+    (seen,) = np.nonzero(np.any(enough & (inner > 0), axis=0))
+    return float(seen[-1] - seen[0] + 1) / inner.shape[1] if seen.size else 0.0
