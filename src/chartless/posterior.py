@@ -400,7 +400,7 @@ def integrated(
         evidence = pchip(log_ratios, evidence, fine)
         for each in others:
             evidence += _told_of_ratio(each, share, fine)
-        share_of_mode = np.array([np.interp(fine, log_ratios, one) for one in np.eye(len(modes))])
+        share_of_mode = np.stack([np.interp(fine, log_ratios, one) for one in share_of_mode])
         # Between modes the warp of each neighbour is nearly right: take of both by distance.
         curves = np.zeros((fine.size, best.edges.size + 1))
         for mode, parts in zip(modes, share_of_mode, strict=True):
@@ -427,7 +427,7 @@ def integrated(
         _spread(log_noise, weights) + np.tensordot(weights, noise_covariances, axes=1),
         _spread(coordinates, weights) + np.tensordot(weights, covariances, axes=1),
         best,
-        share_of_mode.T @ weights,
+        share_of_mode @ weights,
         within[top][0],
     )
 
