@@ -60,7 +60,7 @@ import statistics
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -70,6 +70,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.optimize import isotonic_regression, minimize, minimize_scalar, nnls
 
+from chartless import calibrate
 from chartless.curves import AbstractCurve, SrgbCurve, named_curve
 from chartless.images import read_frame, read_values, write_image
 from chartless.noise import AffineNoise
@@ -80,15 +81,42 @@ from chartless.types import Floats, Indices, JsonObject, Levels
 class Method(Protocol):
     """An estimator of the inverse response."""
 
-    def __call__(self, frames: list[Levels], times: list[float], *, n_levels: int) -> Floats:
+    def __call__(
+        self, frames: Sequence[Levels | Path], times: list[float], *, n_levels: int
+    ) -> Floats:
         """Inverse response, shape (3, n_levels), linear, any scale.
 
-        Frames have the shape (M, N, 3) and `n_levels` levels: 256 are uint8, more are uint16.
+        Frames are files, or have the shape (M, N, 3) and `n_levels` levels: 256 are uint8, more
+        are uint16.
         """
 
 
-OURS: dict[str, Method] = {}
-"""Our methods by name. Nothing else in this file needs to know them."""
+def of_chartless(method: str) -> Method:
+    """One of our methods, as its users would call it."""
+
+    def inverse(frames: Sequence[Levels | Path], times: list[float], *, n_levels: int) -> Floats:
+        shown = [
+            frame if isinstance(frame, Path) or n_levels == 1 << 8 else _of_16_bits(frame, n_levels)
+            for frame in frames
+        ]
+        found = calibrate(shown, times=times, method=method, evidence="bracket")
+        brightness = np.linspace(0, 1, n_levels)
+        return np.stack([channel.curve.inverse(brightness) for channel in found.channels])
+
+    return inverse
+
+
+def _of_16_bits(frame: Levels, n_levels: int) -> Levels:
+    """Levels spread over 16 bits, as files hold them."""
+    spread: Levels = np.rint(frame * (65535 / (n_levels - 1))).astype(np.uint16)
+    return spread
+
+
+OURS: dict[str, Method] = {
+    f"chartless {method}": of_chartless(method)
+    for method in ("likelihood", "debevec", "mitsunaga", "robertson")
+}
+"""Our methods by name, the default first. Nothing else in this file needs to know them."""
 
 DEFAULTS = ("OpenCV Debevec", "OpenCV Robertson", "colour-hdri Debevec")
 SAMPLES = ("OpenCV Debevec 30", "OpenCV Debevec", "OpenCV Debevec 200", "OpenCV Debevec 500")
@@ -399,16 +427,15 @@ def large_bracket(data: Path, folder: Path) -> Bracket:
 def ask_ours(name: str, bracket: Bracket) -> Estimate:
     """Estimate by one of our methods."""
     start = time.perf_counter()
-    frames = [read_frame(path).levels for path in bracket.paths] or list(bracket.frames)
-    loaded = time.perf_counter()
     problem = ""
     try:
+        frames = bracket.paths or bracket.frames
         inverse = OURS[name](frames, bracket.times, n_levels=bracket.n_levels)
     except Exception as reason:  # noqa: BLE001 - as rivals are treated
         problem = repr(reason)
         inverse = np.full((3, bracket.n_levels), np.nan)
-    seconds = time.perf_counter() - loaded
-    return Estimate(inverse, seconds, loaded - start if bracket.paths else 0.0, problem)
+    # Files are read while others are counted: the whole is one figure.
+    return Estimate(inverse, time.perf_counter() - start, 0.0, problem)
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,7 +47,10 @@ _REACH = 4.5  # deviations from the expected level beyond which only stray pixel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparagram:
-    """How often pixels show level j in one exposure and level i in a shorter one."""
+    """How often pixels show level j in one exposure and level i in a shorter one.
+
+    Those of one exact ratio add up to one.
+    """
 
     shorter: int
     """Number of the shorter exposure."""
@@ -57,6 +60,8 @@ class Comparagram:
     """Weighted counts, shape (L, L): rows j of the longer, columns i of the shorter exposure."""
     trust: Floats
     """Of each row, 0 … 1, shape (L,): how far its pixels are grey."""
+    histogram: Floats
+    """How often each level occurs in the longer exposure, shape (L,)."""
     weight: Floats | None = None
     """Of each row in the likelihood, shape (L,); without, rows count as `FIRST_PIXELS` at most."""
     shift: Floats | None = None
@@ -74,8 +79,6 @@ class ExposureCounts:
     tables: tuple[Comparagram, ...]
     log_exposures: Floats
     """Logarithms ln t of the exposures, shape (K,), as far as known."""
-    histograms: Floats
-    """How often each level occurs in each exposure, shape (K, L)."""
     exposure_error: float = 0.0
     """Deviation of the logarithms of the exposures; 0 if they are exact."""
     own_noise: bool = False
@@ -192,9 +195,12 @@ class ExposureModel:
 
     def informed(self) -> ExposureCounts:
         """Counts with shifts and weights of rows as this state asks for."""
-        shifts = [_shift(row, self._edges, self._noise) for row in self._counts.histograms]
         tables = [
-            replace(table, weight=rows.weight(), shift=shifts[table.longer])
+            replace(
+                table,
+                weight=rows.weight(),
+                shift=_shift(table.histogram, self._edges, self._noise),
+            )
             for table, rows in zip(self._counts.tables, self._rows, strict=True)
         ]
         return replace(self._counts, tables=tuple(tables))

@@ -126,6 +126,23 @@ class Response:
         """Brightness f on a uniform grid of irradiance, shape (1024,), 0 … 1."""
         return self.curve.response(UNIFORM_IRRADIANCE)
 
+    def at_levels(self, n_levels: int) -> "Response":
+        """Return the same curve for frames of another number of levels; without the evidence."""
+        last = self.n_levels - 1
+        scale = (n_levels - 1) / last
+        low, high = self.observed_levels
+        std = self.inverse_lut_std
+        if std is not None:
+            std = np.interp(np.linspace(0, last, n_levels), np.arange(last + 1), std)
+        return replace(
+            self,
+            n_levels=n_levels,
+            observed_levels=(int(low * scale), int(high * scale)),
+            inverse_lut_std=std,
+            inverse_lut_std_with_dark=None,
+            table=None,
+        )
+
     def with_flags(self, *flags: Flag) -> "Response":
         """Return the same response with more flags, each at most once, in a fixed order."""
         held = {*self.flags, *flags}

@@ -86,6 +86,7 @@ def check_pair(
     *,
     drift: Floats | None = None,
     outlying: Bools | None = None,
+    follows: Levels | None = None,
 ) -> PairCheck:
     """Compare two frames of one channel.
 
@@ -99,9 +100,17 @@ def check_pair(
     outlying : ndarray of bool, shape (L, L), optional
         Pairs of levels that count as unchanged, except for the displacement: where a shift
         is seen best, at edges, it looks like an outlier.
+    follows : ndarray of uint16, shape (L,), optional
+        Level of the second frame, of another exposure, that follows each level of the first;
+        pixels black or white in either count as unchanged.
     """
     scene, later = _bands(first), _bands(second)
     difference = later - scene
+    if follows is not None:
+        top = np.float32(follows.size - 1)
+        usable = (scene > 0) & (scene < top) & (later > 0) & (later < top)
+        scene = follows.astype(np.float32)[scene.astype(np.intp)]
+        difference = (later - scene) * usable
     if drift is not None:
         difference -= drift.astype(np.float32)[(scene + later).astype(np.intp)]
     if mask is not None:

@@ -3,7 +3,9 @@
 import hashlib
 import itertools
 import os
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial, reduce
@@ -31,6 +33,7 @@ from chartless.types import JsonObject, Levels
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
+_THREADS = 2  # threads; decoders let others run, and so do large arrays
 DEFAULT_METHOD = "likelihood"
 
 
@@ -155,8 +158,8 @@ def calibrate(
             progress=channel_progress,
         )
 
-    # One after the other: NumPy's steps on tables are so short that threads get in each
-    # other's way, and the whole takes longer.
+    # One after the other: NumPy's steps on tables of noise are so short that threads get in each
+    # other's way, and the whole takes longer. Those on comparagrams are longer.
     if joint is not None and noise is not None and bracket is None:
         responses = joint.calibrate_together(
             noise.tables,
@@ -164,6 +167,11 @@ def calibrate(
             dark=dark_levels,
             progress=None if progress is None else partial(progress, "estimating"),
         )
+    elif noise is None:
+        with ThreadPoolExecutor(_THREADS) as pool:
+            responses = tuple(pool.map(estimate, itertools.count(), names))
+        if n_levels > MOST_LEVELS:
+            responses = tuple(each.at_levels(n_levels) for each in responses)
     else:
         responses = tuple(estimate(place, name) for place, name in enumerate(names))
     responses = tuple(each.with_flags(*read.flags[each.name]) for each in responses)
@@ -360,14 +368,27 @@ def _require_different(items: Sequence[str | os.PathLike[str] | Levels]) -> None
 
 
 def _frames(items: Sequence[str | os.PathLike[str] | Levels]) -> Iterator[Frame]:
-    """Frames of files and arrays, one by one."""
-    for number, item in enumerate(items, start=1):
-        if isinstance(item, np.ndarray):
-            yield _array_frame(item, number)
-        else:
-            from chartless.images import read_frame
+    """Frames of files and arrays, one by one; the next two are decoded meanwhile."""
 
-            yield read_frame(item)
+    def frame(number: int, item: str | os.PathLike[str] | Levels) -> Frame:
+        if isinstance(item, np.ndarray):
+            return _array_frame(item, number)
+        from chartless.images import read_frame
+
+        return read_frame(item)
+
+    with ThreadPoolExecutor(_THREADS) as pool:
+        waiting: deque[Future[Frame]] = deque()
+        try:
+            for number, item in enumerate(items, start=1):
+                waiting.append(pool.submit(frame, number, item))
+                if len(waiting) > _THREADS:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for each in waiting:
+                each.cancel()
 
 
 def _array_frame(levels: Levels, number: int) -> Frame:
