@@ -83,7 +83,7 @@ def planned(
         error = UNKNOWN_ERROR if time_error is None else time_error
         reason = f"a bracket of {len(names)} exposures, their ratios unknown"
         return _checked(Plan(each, None, error, reason, noise=False, bracket=True), kind)
-    noted = _noted(settings)
+    noted = noted_exposures(settings)
     if times is not None:
         exposures, source, error = _given(times, names), "--times", time_error or 0.0
         if noted is not None and kind == "auto":
@@ -143,8 +143,11 @@ def _checked(plan: Plan, kind: str) -> Plan:
     return plan
 
 
-def _noted(settings: Sequence[CameraSettings]) -> list[float] | None:
-    """Exposure of each frame up to a factor; None if a file does not tell it."""
+def noted_exposures(settings: Sequence[CameraSettings]) -> list[float] | None:
+    """Exposure of each frame by EXIF, up to a factor; None if a file does not tell it.
+
+    It is t · ISO/N² if all files tell the three, and the time t alone where files tell no more.
+    """
     exposures = [each.exposure for each in settings]
     if all(each is None for each in exposures):
         # Older cameras and edited files keep the time alone.

@@ -135,6 +135,32 @@ def test_linear_light_is_labelled(tmp_path: Path) -> None:
         assert spec.get_string_attribute("oiio:ColorSpace").startswith("lin_rec709")
 
 
+def test_exr_keeps_any_metadata_and_tiff_what_it_knows(tmp_path: Path) -> None:
+    values = np.zeros((2, 3, 3))
+    metadata = {"chartless:unit": "1/s", "chartless:times": (0.5, 1.0, 2.0, 4.0), "FNumber": 4.0}
+
+    for name in ("out.exr", "out.tif"):
+        write_image(tmp_path / name, values, metadata=metadata)
+
+    _, spec = stored(tmp_path / "out.exr")
+    assert {name: spec.getattribute(name) for name in metadata} == metadata
+    assert stored(tmp_path / "out.tif")[1].getattribute("FNumber") == 4
+
+
+@pytest.mark.parametrize("n_channels", [1, 3])
+def test_radiance_hdr_keeps_eight_bits_and_an_exponent(
+    n_channels: int, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    values = rng.lognormal(0, 4, (9, 7, n_channels)).astype(np.float32)
+
+    write_image(tmp_path / "out.hdr", values, orientation=6)
+
+    pixels, spec = stored(tmp_path / "out.hdr")
+    wanted = np.broadcast_to(np.rot90(values, -1), (7, 9, 3))
+    assert np.all(np.abs(pixels - wanted) <= wanted.max(axis=-1, keepdims=True) / 127)
+    assert spec.get_int_attribute("Orientation", 1) == 1
+
+
 # Refusals
 
 

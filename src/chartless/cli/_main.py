@@ -19,6 +19,7 @@ from chartless.cli.data import app as data
 from chartless.cli.demo import demo
 from chartless.cli.fit import fit
 from chartless.cli.linearize import linearize
+from chartless.cli.merge import merge
 from chartless.cli.models import models
 from chartless.cli.reproduce import app as reproduce
 from chartless.cli.show import show
@@ -33,7 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
 )
-for command in (demo, calibrate, linearize, show, simulate, fit, compare, models):
+for command in (demo, calibrate, linearize, merge, show, simulate, fit, compare, models):
     app.command()(command)
 app.add_typer(data, name="data")
 app.add_typer(reproduce, name="reproduce")

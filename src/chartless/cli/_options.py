@@ -9,6 +9,7 @@ import typer
 from chartless.errors import ParameterError
 
 if TYPE_CHECKING:
+    from chartless.calibration import Calibration
     from chartless.curves import AbstractCurve
 
 Jobs = Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")]
@@ -46,11 +47,10 @@ def parse_times(text: str) -> list[float] | str:
         parts = [words[-1] for words in kept if words]
     try:
         return [float(Fraction(part.strip())) for part in parts]
-    except (ValueError, ZeroDivisionError):
+    except (ValueError, ArithmeticError):
         where = f"{path}: " if path.is_file() else ""
-        msg = (
-            f"{where}times must be numbers such as 1,2,4 or 1/30,1/8, not {','.join(parts)[:60]!r}"
-        )
+        given = ",".join(parts)[:60]
+        msg = f"{where}--times must be numbers or fractions such as 1/30,1/8,1/2, not {given!r}"
         raise ParameterError(msg) from None
 
 
@@ -64,3 +64,11 @@ def parse_curve(text: str) -> "AbstractCurve":
     from chartless.curves import named_curve
 
     return named_curve(text)
+
+
+def load_calibration(path: Path) -> "Calibration":
+    """Calibration from a file of ours or of another program, told apart by content."""
+    from chartless.calibration_file import load
+    from chartless.luts import opencv
+
+    return opencv.read(path) if opencv.recognised(path) else load(path)

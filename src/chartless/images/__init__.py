@@ -3,7 +3,7 @@
 `read_frame` returns what a camera stored, level for level, and refuses what it did not store
 that way (floating point, palettes, CMYK, damaged files). `read_values` also takes floating
 point, for pictures that hold light; `read_settings` reads exposure and camera alone. `write_image`
-writes linearised pictures. All rest on OpenImageIO, which only this package imports.
+writes linearised and merged pictures. All rest on OpenImageIO, which only this package imports.
 """
 
 from chartless.images._jpeg import through_jpeg as through_jpeg
@@ -11,4 +11,6 @@ from chartless.images._read import read_frame as read_frame
 from chartless.images._read import read_settings as read_settings
 from chartless.images._read import read_values as read_values
 from chartless.images._write import DataType as DataType
+from chartless.images._write import Metadata as Metadata
+from chartless.images._write import stored_type as stored_type
 from chartless.images._write import write_image as write_image

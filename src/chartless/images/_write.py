@@ -1,6 +1,7 @@
-"""Write float arrays as EXR, TIFF or PNG, whole or not at all."""
+"""Write float arrays as EXR, TIFF, PNG or Radiance HDR, whole or not at all."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -14,6 +15,9 @@ from chartless.errors import ImageError, OutputError, ParameterError
 DataType: TypeAlias = Literal["auto", "float", "uint16", "uint8"]
 """How samples are stored; "auto" is the most precise that the format holds."""
 
+Metadata: TypeAlias = Mapping[str, str | int | float | tuple[float, ...]]
+"""Attributes by their name in OpenImageIO, such as ``"ExposureTime"``."""
+
 _Samples: TypeAlias = npt.NDArray[np.float32 | np.uint8 | np.uint16]
 
 _DATA_TYPES: dict[str, tuple[DataType, ...]] = {  # the first is "auto"
@@ -21,7 +25,9 @@ _DATA_TYPES: dict[str, tuple[DataType, ...]] = {  # the first is "auto"
     ".tif": ("float", "uint16", "uint8"),
     ".tiff": ("float", "uint16", "uint8"),
     ".png": ("uint16", "uint8"),
+    ".hdr": ("float",),
 }
+_UPRIGHT = (".png", ".hdr")  # their viewers know no orientation
 _UNCALIBRATED = 65535  # EXIF ColorSpace
 _BUFFER = 1 << 16
 
@@ -33,23 +39,28 @@ def write_image(
     data_type: DataType = "auto",
     orientation: int = 1,
     linear: bool = True,
+    metadata: Metadata | None = None,
 ) -> None:
     """Write values as a picture in the format that the extension names.
 
     Parameters
     ----------
     path : path-like
-        ``.exr`` (float32), ``.tif`` (float32 or integers) or ``.png`` (integers). Replaced
-        only when the new file is complete.
+        ``.exr`` (float32), ``.tif`` (float32 or integers), ``.png`` (integers) or ``.hdr``.
+        Replaced only when the new file is complete.
     values : ndarray of float, shape (height, width, 1 or 3), range 0 … 1
-        Integers are rounded, and clipped to the range; floats are stored as they are.
+        Integers are rounded, and clipped to the range; floats are stored as they are. Radiance
+        HDR is colour alone, and keeps three numbers of 8 bits with one exponent: errors are up
+        to 0.8 % of the largest, and what is negative becomes 0.
     data_type : {"auto", "float", "uint16", "uint8"}
         "auto": float32 for EXR and TIFF, uint16 for PNG.
     orientation : int
-        EXIF orientation 1 … 8 of the picture, kept as metadata in EXR and TIFF. PNG viewers
-        ignore it, so the pixels are turned instead.
+        EXIF orientation 1 … 8 of the picture, kept as metadata in EXR and TIFF. PNG and HDR
+        viewers ignore it, so the pixels are turned instead.
     linear : bool
         Label the picture as linear light where the format can. No pixel depends on it.
+    metadata : mapping, optional
+        More attributes. EXR keeps them all, TIFF those that EXIF and TIFF know, HDR none.
 
     Raises
     ------
@@ -61,20 +72,33 @@ def write_image(
         If `values` are not a picture, or `data_type` or `orientation` do not exist.
     """
     path = Path(path)
-    stored = _stored_type(path, data_type)
+    stored = stored_type(path, data_type)
     _refuse_unfit(values, stored, orientation)
     samples = _encode(values, stored)
-    if path.suffix.lower() == ".png":
+    suffix = path.suffix.lower()
+    if suffix in _UPRIGHT:
         samples, orientation = np.ascontiguousarray(_upright(samples, orientation)), 1
+    if suffix == ".hdr" and samples.shape[2] == 1:
+        samples = np.repeat(samples, 3, axis=2)
     with atomic_path(path) as temporary:
-        reason = _save(temporary, samples, stored, orientation, linear=linear)
+        reason = _save(temporary, samples, stored, orientation, metadata or {}, linear=linear)
         if reason:
             msg = "cannot be written: check that the disk has room"
             raise OutputError(str(path), msg) from OSError(reason)
         _check_room(temporary)
 
 
-def _stored_type(path: Path, data_type: DataType) -> DataType:
+def stored_type(path: str | os.PathLike[str], data_type: DataType = "auto") -> DataType:
+    """Return how `write_image` would store samples there.
+
+    Raises
+    ------
+    ImageError
+        If the format that the extension names is not written, or does not hold `data_type`.
+    ParameterError
+        If `data_type` does not exist.
+    """
+    path = Path(path)
     if data_type not in get_args(DataType):
         msg = f"unknown data type {data_type!r}: use {', '.join(get_args(DataType))}"
         raise ParameterError(msg)
@@ -123,7 +147,13 @@ def _upright(samples: _Samples, orientation: int) -> _Samples:
 
 
 def _save(
-    path: Path, samples: _Samples, stored: DataType, orientation: int, *, linear: bool
+    path: Path,
+    samples: _Samples,
+    stored: DataType,
+    orientation: int,
+    metadata: Metadata,
+    *,
+    linear: bool,
 ) -> str:
     """Write the file; return what went wrong, "" if nothing did."""
     height, width, n_channels = samples.shape
@@ -132,6 +162,11 @@ def _save(
     spec.attribute("Exif:ColorSpace", _UNCALIBRATED)  # the TIFF writer reports an empty EXIF
     if linear:
         spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+    for name, value in metadata.items():
+        if isinstance(value, tuple):
+            spec.attribute(name, f"float[{len(value)}]", value)
+        else:
+            spec.attribute(name, value)
     target = oiio.ImageOutput.create(str(path))
     if target is None:
         return str(oiio.geterror())
