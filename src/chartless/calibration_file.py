@@ -23,7 +23,14 @@ from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.flags import Flag, Pattern
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.response import ExposureEstimate, NoiseError, Response, SearchHistory, Status
+from chartless.response import (
+    ExposureEstimate,
+    NoiseError,
+    Response,
+    SearchHistory,
+    SeenTransfer,
+    Status,
+)
 from chartless.types import Floats, JsonObject
 
 FORMAT, VERSION = "chartless-calibration", 1
@@ -247,6 +254,14 @@ def _exposures(entry: JsonObject) -> ExposureEstimate:
         tuple(float(value) for value in entry["relative"]),
         float(entry["exponent_error"]),
         float(entry["scatter"]),
+        tuple(
+            SeenTransfer(
+                float(each["ratio"]),
+                tuple(float(level) for level in each["upper"]),
+                tuple(float(level) for level in each["lower"]),
+            )
+            for each in entry["transfers"]
+        ),
     )
 
 

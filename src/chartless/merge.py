@@ -37,7 +37,7 @@ References
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -112,6 +112,7 @@ def merge_frames(
     white: int | None = None,
     bloom_radius: int = 0,
     sweeps: int = 2,
+    balanced: bool = True,
     on_frame: Callable[[int, int], None] | None = None,
 ) -> RadianceMap:
     """Merge exposures of one still scene.
@@ -136,6 +137,9 @@ def merge_frames(
     sweeps : int
         2, or 1, which weighs by the shown levels, takes each frame once and is biased; see the
         module.
+    balanced : bool
+        Whether a pixel that the camera shows as middle grey is grey (`grey_factors`). Each curve is
+        known up to a factor of its own, the irradiance at which its channel saturates.
     on_frame : callable, optional
         Called with the number of frames taken so far and the number in all, over all sweeps.
 
@@ -207,7 +211,20 @@ def merge_frames(
         if sweep + 1 < sweeps:
             earlier = _mean(sums)
     remarks = whites.remarks(tables, first.channel_names)
-    return _finished(sums, lit, tables, times, orientation=first.orientation, remarks=remarks)
+    merged = _finished(sums, lit, tables, times, orientation=first.orientation, remarks=remarks)
+    if not balanced or len(calibration.channels) == 1:
+        return merged
+    factors = grey_factors(calibration).astype(np.float32)
+    return replace(merged, values=merged.values * factors, std=merged.std * factors)
+
+
+def grey_factors(calibration: Calibration) -> Floats:
+    """Factors on the irradiance of each channel that make middle grey grey, shape (C,).
+
+    The middle channel keeps its own. Debevec & Malik (1997) set their channels likewise.
+    """
+    middle = np.array([float(each.curve.inverse(0.5)) for each in calibration.channels])
+    return np.asarray(middle[middle.size // 2] / middle)
 
 
 def _checked(

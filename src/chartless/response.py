@@ -51,6 +51,18 @@ class NoiseError:
 
 
 @dataclass(frozen=True, slots=True)
+class SeenTransfer:
+    """Which level of an exposure follows which of a longer one, for plots."""
+
+    ratio: float
+    """Of the exposures, as estimated."""
+    upper: tuple[float, ...]
+    """Levels of the longer exposure."""
+    lower: tuple[float, ...]
+    """Median level of the same pixels in the shorter one."""
+
+
+@dataclass(frozen=True, slots=True)
 class ExposureEstimate:
     """What a bracket told of its exposures."""
 
@@ -61,6 +73,7 @@ class ExposureEstimate:
     its powers explain a bracket alike, with exposures that are powers of each other."""
     scatter: float
     """Relative deviation of irradiance between exposures that noise does not explain."""
+    transfers: tuple[SeenTransfer, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

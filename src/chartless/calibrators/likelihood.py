@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
-from chartless.brightness_transfer import transfer_curve
+from chartless.brightness_transfer import brightness_transfer, transfer_curve
 from chartless.calibrators._base import (
     CALIBRATORS,
     AbstractCalibrator,
@@ -41,7 +41,7 @@ from chartless.posterior import (
     ridge_share,
     std_with_dark,
 )
-from chartless.response import ExposureEstimate, NoiseError, Response, Status
+from chartless.response import ExposureEstimate, NoiseError, Response, SeenTransfer, Status
 from chartless.terms import AbstractTerm, ExposureFit, ExposureTerm, PairFit, PairTerm
 from chartless.types import Counts, Floats
 
@@ -354,7 +354,9 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
         response,
         observed_levels=(min(low, others[0]), max(high, others[1])),
         n_pairs=response.n_pairs + counts.n_pixels,
-        exposures=ExposureEstimate(tuple(relative.tolist()), error, scatter),
+        exposures=ExposureEstimate(
+            tuple(relative.tolist()), error, scatter, _transfers(counts, log_exposures)
+        ),
     )
     unknown = counts.exposure_error > _UNKNOWN and found.still is None
     doubts = (
@@ -363,6 +365,16 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
         (Flag.SCATTER, scatter > _MUCH_SCATTER),
     )
     return judged.with_flags(*(flag for flag, holds in doubts if holds))
+
+
+def _transfers(counts: ExposureCounts, log_exposures: Floats) -> tuple[SeenTransfer, ...]:
+    """What the pictures show of the curve before any model, rounded for the file."""
+    found = []
+    for table in counts.tables:
+        upper, lower = brightness_transfer(table.counts)
+        ratio = float(np.exp(log_exposures[table.longer] - log_exposures[table.shorter]))
+        found.append(SeenTransfer(ratio, tuple(upper.tolist()), tuple(lower.round(2).tolist())))
+    return tuple(found)
 
 
 def _exposures_found(

@@ -57,6 +57,12 @@ def merge(
             help="Level from which on a channel is saturated [the highest].", show_default=False
         ),
     ] = None,
+    unbalanced: Annotated[
+        bool,
+        typer.Option(
+            "--unbalanced", help="Leave each channel in units of its own saturation irradiance."
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Merge exposures of a still scene into one picture of its radiance.
@@ -98,6 +104,7 @@ def merge(
             camera,
             white=white,
             bloom_radius=bloom_radius,
+            balanced=not unbalanced,
             on_frame=on_frame,
         )
     write_image(

@@ -15,11 +15,12 @@ from chartless.curves import AbstractCurve
 from chartless.likelihood import PairCounts, with_scene
 from chartless.noise import AffineNoise
 from chartless.objectives import expected_counts, half_levels
-from chartless.plotting._style import CHANNEL_COLOURS, VERMILION
-from chartless.response import Response, rmse
+from chartless.plotting._style import CHANNEL_COLOURS, SERIES_COLOURS, VERMILION
+from chartless.response import Response, SeenTransfer, rmse
 from chartless.types import Counts, Floats, Indices
 
 _MOST = 4.0  # deviations at the ends of the colour scale
+_MOST_APART = 0.3  # relative, at the ends of a scale
 _SCENE_STEPS = 15  # of expectation maximisation, for the pairs that a model expects
 
 
@@ -37,8 +38,11 @@ def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) ->
     Figure
         Response; level pairs of the middle channel, and how they differ from the model; noise
         by level; history of the search or, for methods without one, the deviations of the inverse
-        response.
+        response. Of a bracket without repeats: response, transfer of brightness from
+        exposure to exposure, and deviations.
     """
+    if all(response.table is None and response.exposures for response in calibration.channels):
+        return _bracket_overview(calibration, truth)
     figure = Figure(figsize=(11, 9.5), layout="constrained")
     axes = figure.subplot_mosaic(
         [["response", "pairs"], ["response", "residuals"], ["noise", "last"]],
@@ -55,10 +59,72 @@ def overview(calibration: Calibration, *, truth: AbstractCurve | None = None) ->
         draw_search(axes["last"], channels)
     else:
         draw_deviations(axes["last"], channels, truth=truth)
-    flags = ", ".join(flag.code for flag in calibration.flags)
-    title = f"{channels[0].method}" + (f" — doubtful: {flags}" if flags else "")
-    figure.suptitle(f"Camera response by {title}", fontsize=12)
+    _name(figure, calibration)
     return figure
+
+
+def _bracket_overview(calibration: Calibration, truth: AbstractCurve | None) -> Figure:
+    figure = Figure(figsize=(11, 9.5), layout="constrained")
+    axes = figure.subplot_mosaic([["response", "transfer"], ["error", "last"]])
+    channels = calibration.channels
+    middle = channels[len(channels) // 2]
+    draw_response(axes["response"], channels, truth=truth)
+    draw_transfers(axes["transfer"], middle)
+    draw_transfer_errors(axes["error"], middle)
+    draw_deviations(axes["last"], channels, truth=truth)
+    _name(figure, calibration)
+    return figure
+
+
+def _name(figure: Figure, calibration: Calibration) -> None:
+    flags = ", ".join(flag.code for flag in calibration.flags)
+    title = f"{calibration.channels[0].method}" + (f" — doubtful: {flags}" if flags else "")
+    figure.suptitle(f"Camera response by {title}", fontsize=12)
+
+
+def draw_transfers(axes: Axes, response: Response) -> None:
+    """Level of an exposure over that of a longer one, seen and by the curve."""
+    axes.set(
+        title=f"Transfer, channel {response.name} (dots: seen, lines: model)",
+        xlabel="level in the longer exposure",
+        ylabel="level in the shorter exposure",
+    )
+    top = response.n_levels - 1
+    level = np.arange(top + 1)
+    for transfer, colour in _transfers(response):
+        axes.plot(transfer.upper, transfer.lower, ".", color=colour, markersize=3, alpha=0.6)
+        follows = top * response.curve.response(response.inverse_lut / transfer.ratio)
+        axes.plot(level, follows, color=colour, linewidth=1, label=f"{transfer.ratio:.3g} times")
+    if axes.lines:
+        axes.legend(frameon=False, title="exposure")
+
+
+def draw_transfer_errors(axes: Axes, response: Response) -> None:
+    """How much more light the longer exposure has than the curve makes of it, level by level."""
+    axes.set(
+        title="Light of the pair over what the exposures say",
+        xlabel="level in the longer exposure",
+        ylabel="relative difference",
+        ylim=(-_MOST_APART, _MOST_APART),
+    )
+    top = response.n_levels - 1
+    for transfer, colour in _transfers(response):
+        upper, lower = (
+            response.curve.inverse(np.asarray(side) / top)
+            for side in (transfer.upper, transfer.lower)
+        )
+        apart = upper / np.maximum(lower * transfer.ratio, 1e-12) - 1
+        axes.plot(transfer.upper, apart, ".", color=colour, markersize=3, alpha=0.6)
+    axes.axhline(0, color="0.8", linewidth=0.8, zorder=0)
+    axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
+
+
+def _transfers(response: Response) -> list[tuple[SeenTransfer, str]]:
+    """Transfers from the least ratio, at most so many, and a colour for each."""
+    found = [] if response.exposures is None else [*response.exposures.transfers]
+    found = sorted((each for each in found if each.upper), key=lambda each: each.ratio)
+    found = found[:: max(1, -(-len(found) // len(SERIES_COLOURS)))]
+    return list(zip(found, SERIES_COLOURS, strict=False))
 
 
 def draw_response(
