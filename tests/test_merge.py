@@ -15,7 +15,7 @@ from chartless.calibration import Calibration
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, SrgbCurve
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.frame import CameraSettings, Frame
-from chartless.merge import DEFAULT_NOISE, DEVIATIONS, RadianceMap, merge_frames
+from chartless.merge import DEFAULT_NOISE, DEVIATIONS, RadianceMap, grey_factors, merge_frames
 from chartless.noise import AffineNoise
 from chartless.response import Response, Status
 from chartless.simulate import simulate_frames
@@ -480,9 +480,27 @@ def test_channels_have_curves_of_their_own() -> None:
         ),
     )
 
-    found = merge_frames(frames, (0.25, 1.0), known)
+    found = merge_frames(frames, (0.25, 1.0), known, balanced=False)
 
     assert found.values == pytest.approx(scene, rel=0.01)
+
+
+def test_what_the_camera_shows_as_middle_grey_is_grey() -> None:
+    # Level 128 in all channels, of curves that are there at different shares of saturation.
+    known = camera("R", "G", "B")
+    curves = [ModelCurve("gamma", (1 / gamma,)) for gamma in (1.5, 2.0, 2.5)]
+    channels = tuple(
+        replace(each, curve=curve) for each, curve in zip(known.channels, curves, strict=True)
+    )
+    known = replace(known, channels=channels)
+    longer = np.full((1, 1, 3), 128)
+    shorter = [[[255 * float(c.response(c.inverse(128 / 255) / 4)) for c in curves]]]
+
+    found = merge_frames([frame(np.rint(shorter)), frame(longer)], (0.25, 1.0), known)
+
+    middle = float(curves[1].inverse(128 / 255))
+    assert found.values == pytest.approx(np.full((1, 1, 3), middle), rel=0.02)
+    assert grey_factors(known)[1] == 1
 
 
 def test_sixteen_bits_with_a_calibration_of_eight() -> None:

@@ -66,7 +66,7 @@ def calibrate(
     ----------
     frames : sequence of paths or of ndarray of uint8 or uint16
         Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files are
-        read one by one; two are in memory at a time.
+        read in order; two are in memory at a time, and two more that are decoded ahead.
     model : str, optional
         Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
         curve at all (likelihood, nlf) or ameegc2-exact (ism-bin, ism-sampled).
