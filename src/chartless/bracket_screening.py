@@ -8,7 +8,7 @@ from chartless.errors import UnfitFramesError
 from chartless.exposures import BracketEvidence
 from chartless.flags import Flag
 from chartless.screening import GOOD_COVERAGE, LEAST_COVERAGE, SUSPICIOUS
-from chartless.types import Counts
+from chartless.types import Counts, JsonObject
 
 MOST_CLIPPED = 0.995
 """Share of black and white pixels above which an exposure is of no use."""
@@ -49,6 +49,35 @@ def screen_bracket(evidence: BracketEvidence) -> dict[str, tuple[Flag, ...]]:
         own = {*common, *([Flag.LEVELS_UNSEEN] if covered < GOOD_COVERAGE else [])}
         flags[name] = tuple(flag for flag in Flag if flag in own)
     return flags
+
+
+def exposure_rows(evidence: BracketEvidence) -> list[JsonObject]:
+    """What each exposure shows, for people to look at before they believe a curve.
+
+    Returns
+    -------
+    list of dict
+        For each exposure, in order: ``file``; ``relative`` exposure as given; ``black`` and
+        ``white``, shares of the samples of all channels; ``overlap`` and ``displacement`` with the
+        next exposure (share of pixels between black and white in both; pixels), None for the last.
+    """
+    counts = np.sum([*evidence.histograms.values()], axis=0)
+    total = np.maximum(counts.sum(axis=1), 1)
+    relative = np.exp(evidence.log_exposures - evidence.log_exposures.min())
+    following = [*evidence.overlaps, None]
+    shifts = [*(check.displacement for check in evidence.checks), None]
+    shifts += [None] * (len(following) - len(shifts))
+    return [
+        {
+            "file": str(source.path),
+            "relative": float(relative[place]),
+            "black": float(counts[place, 0] / total[place]),
+            "white": float(counts[place, -1] / total[place]),
+            "overlap": following[place],
+            "displacement": shifts[place],
+        }
+        for place, source in enumerate(evidence.sources)
+    ]
 
 
 def _require_light(evidence: BracketEvidence, counts: Counts) -> None:

@@ -16,9 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless._version import __version__
-from chartless.bracket_screening import screen_bracket
+from chartless.bracket_screening import exposure_rows, screen_bracket
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
+from chartless.curves import ModelCurve
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
 from chartless.evidence import NoiseEvidence, dark_histograms, joined, noise_evidence
 from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
@@ -26,13 +27,14 @@ from chartless.flags import Flag
 from chartless.frame import CameraSettings, Frame, FrameSource
 from chartless.models import MODELS
 from chartless.plan import Plan, planned
-from chartless.response import Response
+from chartless.response import Response, rmse
 from chartless.screening import screen
 from chartless.types import JsonObject, Levels
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
+_LINEAR = 0.01  # RMSE from a straight line
 _THREADS = 2  # threads; decoders let others run, and so do large arrays
 DEFAULT_METHOD = "likelihood"
 
@@ -195,8 +197,10 @@ def calibrate(
                 "mask": None if mask is None else "array" if _is_array(mask) else str(mask),
                 **calibrator.settings,
             },
+            "exposures": None if bracket is None else exposure_rows(bracket),
             "remarks": [
-                f"{source.path}: {remark}" for source in read.sources for remark in source.remarks
+                *(f"{each.path}: {remark}" for each in read.sources for remark in each.remarks),
+                *_linear(responses),
             ],
         },
     )
@@ -227,6 +231,14 @@ def _joint(calibrator: AbstractCalibrator) -> LikelihoodSearch:
 
 def _is_array(item: object) -> bool:
     return isinstance(item, np.ndarray)
+
+
+def _linear(responses: Sequence[Response]) -> list[str]:
+    """Remark that the pictures may hold light already."""
+    line = ModelCurve("gamma", (1.0,))
+    if any(rmse(response.curve, line) > _LINEAR for response in responses):
+        return []
+    return [f"the response is linear within {_LINEAR:g}: these pictures may hold light already"]
 
 
 def _plan(

@@ -126,6 +126,25 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
                 remark(f"misfit, {pattern.code} ({', '.join(misfits)}): {pattern.advice}")
 
 
+def print_exposures(calibration: "Calibration") -> None:
+    """Print a line for each exposure of a bracket; nothing for other calibrations."""
+    rows = [
+        [
+            Path(each["file"]).name,
+            f"{each['relative']:.4g}",
+            f"{each['black']:.1%}",
+            f"{each['white']:.1%}",
+            "" if each["overlap"] is None else f"{each['overlap']:.0%}",
+            "" if each["displacement"] is None else f"{each['displacement']:.1f} px",
+        ]
+        for each in calibration.provenance["exposures"] or []
+    ]
+    if rows:
+        header = ["exposure", "relative", "black", "white", "shared with next", "displaced"]
+        print_table(header, rows)
+        print()
+
+
 def _change_by_dark(response: "Response") -> str:
     now, then = map(_error, (response.inverse_lut_std, response.inverse_lut_std_with_dark))
     return f"{response.name} from {now} to {then}"

@@ -6,7 +6,14 @@ from typing import Annotated, Any
 import typer
 
 from chartless.cli._options import AsJson, Jobs, Scheduler, parse_pair, parse_times
-from chartless.cli._terminal import FLAGGED, print_json, print_summary, progress_bar, remark
+from chartless.cli._terminal import (
+    FLAGGED,
+    print_exposures,
+    print_json,
+    print_summary,
+    progress_bar,
+    remark,
+)
 from chartless.errors import ParameterError
 
 
@@ -186,6 +193,7 @@ def calibrate(
     if as_json:
         print_json(to_json(calibration))
     else:
+        print_exposures(calibration)
         print_summary(calibration)
         print(f"\ncalibration of {len(frames)} frames written to {target}")
     return FLAGGED if strict and calibration.flags else 0
