@@ -15,10 +15,11 @@ the longer one is no condition, as its irradiance is unknown. A small share of p
 level: what moved.
 
 The scene is eliminated. Given j it matters only where it is uneven over the width of the noise:
-there the mean of the irradiance is not g_j but g_j + σ²(g_j) d ln h/dI, h the density of the light
-that the longer exposure shows (Tweedie's formula; Efron 2011, doi:10.1198/jasa.2011.tm11181). And
-what κ stands for does not shrink with the number of pixels. Both need a first estimate, after
-which `ExposureModel.informed` tells them.
+there the mean of the irradiance is not g_j but g_j + σ²(g_j) d ln h/dI + u, h the density of the
+light that the longer exposure shows (Tweedie's formula; Efron 2011,
+doi:10.1198/jasa.2011.tm11181; u because the noise itself grows with the light). And what κ stands
+for does not shrink with the number of pixels. Both need a first estimate, after which
+`ExposureModel.informed` tells them.
 
 A table of such counts is a comparagram (Mann 2000, "Comparametric equations with practical
 applications in quantigraphic image processing", doi:10.1109/83.855434).
@@ -40,6 +41,8 @@ TYPICAL_SCATTER, SCATTER_SPREAD = 0.02, 1.0
 _NORMAL = 1 / np.sqrt(2 * np.pi)
 FIRST_PIXELS = 10.0
 """Pixels that a row counts as at most, before its scatter is known."""
+PIXEL_WEIGHT = 0.2
+"""Of a pixel in the likelihood, as of a pair in `chartless.posterior`."""
 _SHARED = 0.3  # of the variance of the scatter: common to all pixels of a level
 _MOST_SHIFT = 0.5
 _REACH = 4.5  # deviations from the expected level beyond which only stray pixels show
@@ -207,17 +210,19 @@ class ExposureModel:
 
 
 def _shift(histogram: Floats, edges: Floats, noise: AffineNoise) -> Floats:
-    """σ²(g)/g · d ln h/dI at the levels, shape (L,); 0 at black and white.
+    """(σ²(g) d ln h/dI + u)/g at the levels, shape (L,); 0 at black and white.
 
-    The density of light is that of the levels, smoothed over half the noise.
+    The density of light is that of the levels, smoothed over half the noise. It is divided by what
+    an even scene would show: black and white are not seen, and beside them all densities fall.
     """
     light, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
     spread = np.sqrt(noise.variance(light) / 4 + width**2)[:, np.newaxis]
     distance = (light[:, np.newaxis] - light) / spread
     kernel = np.exp(-0.5 * distance**2)
-    density = kernel @ histogram[1:-1]
-    slope = -(kernel * distance / spread) @ histogram[1:-1]
-    relative = noise.variance(light) / light * slope / np.maximum(density, 1e-9)
+    falling = kernel * distance / spread
+    density = np.maximum(kernel @ histogram[1:-1], 1e-9)
+    log_slope = (falling @ width) / (kernel @ width) - (falling @ histogram[1:-1]) / density
+    relative = (noise.variance(light) * log_slope + noise.slope) / light
     return np.concatenate([[0.0], relative.clip(-_MOST_SHIFT, _MOST_SHIFT), [0.0]])
 
 
@@ -279,7 +284,7 @@ class _Rows:
         """Weight of each row, shape (L,): a part of the scatter is shared by its pixels."""
         shared = _SHARED * (self._scatter * self._mean) ** 2 / self._variance[:, 0]
         weight = np.zeros(self._n_levels)
-        weight[self._upper] = self._trust / (1 + self._n_pixels * shared)
+        weight[self._upper] = self._trust / (1 / PIXEL_WEIGHT + self._n_pixels * shared)
         return weight
 
     def log_likelihood(self) -> float:
@@ -392,5 +397,5 @@ def _differences(below: Floats) -> Floats:
     result = np.empty((below.shape[0], below.shape[1] + 1))
     result[:, 0] = below[:, 0]
     np.subtract(below[:, 1:], below[:, :-1], out=result[:, 1:-1])
-    np.negative(below[:, -1], out=result[:, -1])
+    result[:, -1] = -below[:, -1]  # NumPy 2.4's np.negative errs with out= and rows of 8
     return result

@@ -128,7 +128,7 @@ def bracket_evidence(
     Raises
     ------
     UnfitFramesError
-        If there are fewer than two frames, or they differ in more than exposure.
+        If there are fewer than two exposures, or the frames differ in more than exposure.
     ParameterError
         If `channels`, `n_levels` or the mask does not suit the frames.
     """
@@ -161,6 +161,12 @@ def bracket_evidence(
         log_exposures = _guessed(samples, n_levels)
     stacked = {name: _histograms(samples, name, n_levels) for name in samples[0].levels}
     pairs = _pairs(log_exposures)
+    if not pairs:
+        msg = (
+            "the exposures do not differ: give frames of different exposures, or --evidence noise "
+            "for frames of one exposure"
+        )
+        raise UnfitFramesError(msg)
     if aligned:
         tables = {name: _compared(samples, name, pairs, n_levels) for name in stacked}
     else:
