@@ -14,8 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chartless import accumulate
+from chartless.accumulate import noise_evidence_of_files
 from chartless.errors import ImageError, ParameterError, UnfitFramesError
-from chartless.evidence import NoiseEvidence, joined, noise_evidence, noise_evidence_of_files
+from chartless.evidence import NoiseEvidence, joined, noise_evidence
 from chartless.frame import Frame
 from chartless.images import read_frame
 

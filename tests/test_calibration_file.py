@@ -16,7 +16,7 @@ from chartless.cli import main
 from chartless.curves import SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError, OutputError
 from chartless.flags import Flag, Pattern
-from chartless.response import SearchHistory, Status
+from chartless.response import ExposureEstimate, SearchHistory, Status
 
 
 def response_of(name: str = "Y", **changes: Any) -> Response:
@@ -92,6 +92,61 @@ def test_what_is_saved_is_loaded_exactly(changes: dict[str, Any], path: Path) ->
     assert loaded.bit_depth == calibration.bit_depth
     assert loaded.provenance == calibration.provenance
     assert to_json(loaded) == to_json(calibration)
+
+
+@pytest.mark.parametrize(
+    "exposures",
+    [
+        None,
+        ExposureEstimate((1.0, 2.0 + 1 / 3, 16.0), 0.0, 0.012345678901234567),
+        ExposureEstimate((4.0, 1.0), 1 / 7, 1e-300),
+    ],
+)
+@pytest.mark.parametrize("noise", [None, AffineNoise.from_8bit(0.03, 16)])
+def test_a_bracket_is_kept(
+    exposures: ExposureEstimate | None, noise: AffineNoise | None, path: Path
+) -> None:
+    """With and without noise: methods of exposures tell none."""
+    before = one(response_of(exposures=exposures, noise=noise, method="debevec", table=None))
+
+    loaded = again(before, path)
+
+    same(before.channels[0], loaded.channels[0])
+    assert loaded.channels[0].exposures == exposures
+    assert loaded.channels[0].noise == noise
+    assert to_json(loaded) == to_json(before)
+    (entry,) = json.loads(path.read_text())["channels"]
+    assert (entry["noise"] is None) == (noise is None)
+    assert (entry["exposures"] is None) == (exposures is None)
+
+
+def test_older_files_know_no_exposures(path: Path) -> None:
+    save(one(response_of()), path)
+    content = json.loads(path.read_text())
+    for key in ("exposures", "outliers", "pattern", "inverse_lut_std_with_dark"):
+        del content["channels"][0][key]
+    path.write_text(json.dumps(content))
+
+    (response,) = load(path).channels
+
+    assert response.exposures is None
+    assert response.noise == AffineNoise.from_8bit(0.03, 16)
+
+
+@pytest.mark.parametrize(
+    "exposures", [{}, {"relative": [1, 2]}, {"relative": 3}, {"relative": ["a"]}, [1, 2]], ids=str
+)
+def test_damaged_exposures_are_refused(exposures: Any, path: Path) -> None:
+    save(one(response_of()), path)
+    content = json.loads(path.read_text())
+    whole = {"exponent_error": 0.1, "scatter": 0.1} if exposures != {"relative": [1, 2]} else {}
+    content["channels"][0]["exposures"] = (
+        {**exposures, **whole} if isinstance(exposures, dict) else exposures
+    )
+    path.write_text(json.dumps(content))
+
+    with pytest.raises(CalibrationFileError, match="damaged calibration file"):
+        load(path)
 
 
 def test_three_channels(path: Path) -> None:

@@ -14,6 +14,7 @@ from scipy.ndimage import gaussian_filter
 import chartless
 from chartless import AffineNoise, calibrate, named_curve, simulate_frames
 from chartless.calibration_file import to_json
+from chartless.calibrators import LikelihoodSearch
 from chartless.errors import (
     ChartlessError,
     ImageError,
@@ -236,3 +237,109 @@ def test_frames_are_read_one_by_one(paths: list[Path], monkeypatch: pytest.Monke
 
     assert {paths[0], copy} <= set(read)
     assert len(read) <= 4
+
+
+# Exposures
+
+
+def exposures_of(frames: list[float], seed: int = 0) -> list[Levels]:
+    """Soft light over two decades, a frame for each exposure."""
+    rng = np.random.default_rng(seed)
+    blobs = gaussian_filter(np.random.default_rng(0).standard_normal((120, 160)), 8, mode="wrap")
+    rank = blobs.ravel().argsort().argsort().reshape(blobs.shape) / blobs.size
+    light = 1.3 * np.exp(5 * (rank - 1))
+    noise = AffineNoise.from_8bit(0.03, 4)
+    return [
+        next(simulate_frames(light * each, named_curve("srgb"), noise, n_frames=1, seed=rng))
+        for each in frames
+    ]
+
+
+def test_progress_of_a_bracket_runs_to_the_end() -> None:
+    told: list[tuple[str, float]] = []
+    frames = exposures_of([0.1, 0.4, 0.4, 1.0])
+
+    calibrate(frames, times=[1, 4, 4, 10], progress=lambda *each: told.append(each), n_levels=64)
+
+    stages = list(dict.fromkeys(stage for stage, _ in told))
+    assert stages == ["reading exposures", "reading frames", "estimating"]
+    for stage in stages:
+        shares = [share for each, share in told if each == stage]
+        assert shares == sorted(shares)
+        assert shares[-1] == pytest.approx(1)
+
+
+def test_repeats_of_two_exposures_are_added_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames = exposures_of([0.1, 0.1, 0.1, 0.4, 0.4])
+    alone = [
+        calibrate(part, method="nlf").channel("Y").n_pairs for part in (frames[:3], frames[3:])
+    ]
+
+    told: list[int] = []
+    original = LikelihoodSearch.search
+
+    def noting(self: LikelihoodSearch, *given: Any, **more: Any) -> Any:
+        told.append(more["n_frames"])
+        return original(self, *given, **more)
+
+    monkeypatch.setattr(LikelihoodSearch, "search", noting)
+    response = calibrate(frames, times=[1, 1, 1, 4, 4]).channel("Y")
+
+    assert told == [3]  # of the longer run: they do not go on from one another
+    assert response.table is not None
+    assert response.table.n_pairs <= sum(alone)
+    assert response.table.n_pairs > 0.99 * sum(alone)
+
+
+def test_a_mask_chooses_pixels_of_exposures_and_of_repeats() -> None:
+    frames = exposures_of([0.1, 0.4, 0.4, 1.0])
+    mask = np.zeros(frames[0].shape, bool)
+    mask[:60] = True
+    spoiled = [levels.copy() for levels in frames]
+    for levels in spoiled:
+        levels[60:] = np.random.default_rng(levels.sum()).integers(0, 256, (60, 160))
+
+    found, same = (
+        to_json(calibrate(each, times=[1, 4, 4, 10], mask=mask)) for each in (frames, spoiled)
+    )
+
+    assert found["channels"] == same["channels"]
+
+
+def test_sixteen_bits_and_more_levels_than_are_compared() -> None:
+    light = np.exp(5 * (np.linspace(0, 1, 120 * 160).reshape(120, 160) - 1))
+    frames = [
+        next(
+            simulate_frames(
+                light * each,
+                named_curve("srgb"),
+                AffineNoise.from_8bit(0.03, 4),
+                n_frames=1,
+                bit_depth=16,
+                seed=seed,
+            )
+        )
+        for seed, each in enumerate((0.1, 0.4, 0.4))
+    ]
+
+    found = calibrate(frames, times=[1, 4, 4], n_levels=1024)
+
+    assert found.bit_depth == 16
+    assert found.channel("Y").n_levels == 256
+    assert chartless.rmse(found.channel("Y").curve, named_curve("srgb")) < 0.05
+
+
+def test_a_failure_of_the_plan_comes_before_pixels_are_read(
+    paths: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from chartless import images
+
+    def never(path: Any) -> Any:
+        pytest.fail(f"{path} was read")
+
+    monkeypatch.setattr(images, "read_frame", never)
+
+    with pytest.raises(ParameterError, match="times were given for 3 frames"):
+        calibrate(paths, times=[1, 2])
+    with pytest.raises(ParameterError, match="debevec compares exposures"):
+        calibrate(paths, method="debevec")

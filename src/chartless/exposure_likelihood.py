@@ -41,8 +41,6 @@ TYPICAL_SCATTER, SCATTER_SPREAD = 0.02, 1.0
 _NORMAL = 1 / np.sqrt(2 * np.pi)
 FIRST_PIXELS = 10.0
 """Pixels that a row counts as at most, before its scatter is known."""
-PIXEL_WEIGHT = 0.2
-"""Of a pixel in the likelihood, as of a pair in `chartless.posterior`."""
 _SHARED = 0.3  # of the variance of the scatter: common to all pixels of a level
 _MOST_SHIFT = 0.5
 _REACH = 4.5  # deviations from the expected level beyond which only stray pixels show
@@ -284,7 +282,7 @@ class _Rows:
         """Weight of each row, shape (L,): a part of the scatter is shared by its pixels."""
         shared = _SHARED * (self._scatter * self._mean) ** 2 / self._variance[:, 0]
         weight = np.zeros(self._n_levels)
-        weight[self._upper] = self._trust / (1 / PIXEL_WEIGHT + self._n_pixels * shared)
+        weight[self._upper] = self._trust / (1 + self._n_pixels * shared)
         return weight
 
     def log_likelihood(self) -> float:

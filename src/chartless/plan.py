@@ -76,6 +76,9 @@ def planned(
         If the frames have not what `kind` asks for.
     """
     _require_sense(times, time_error, kind)
+    if not names:
+        msg = "calibration needs two or more frames of the same still scene, none was given"
+        raise UnfitFramesError(msg)
     if kind == "noise":
         return _noise_alone(len(names), "noise, as asked for")
     if times == UNKNOWN:

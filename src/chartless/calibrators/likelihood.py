@@ -391,7 +391,7 @@ def _exposures_found(
     for mode in modes:
         place = len(mode.factor) - sum(own.size for own in mode.state.own) + first
         within.append(ends @ covariance_of(mode, slice(place, place + size)) @ ends)
-    extents = (counts.log_exposures - changes) @ ends
+    extents = (counts.log_exposures + changes) @ ends
     extent = float(weights @ extents)
     variance = float(weights @ (np.array(within) + (extents - extent) ** 2))
     return counts.log_exposures + weights @ changes, float(np.sqrt(variance)) / extent

@@ -13,6 +13,7 @@ from chartless.exposure_likelihood import ExposureCounts
 from chartless.types import Floats
 
 _MOST_ROUNDS, _SETTLED = 100, 1e-4
+_DARK = 0.02  # brightness below which good polynomials of steep cameras may fall by a hair
 
 
 @final
@@ -21,7 +22,8 @@ class MitsunagaCalibrator(AbstractExposureCalibrator):
     """Least squares on g(M_longer) − ρ g(M_shorter) of neighbouring exposures, with g(1) = 1 [1]_.
 
     Where exposures are not exact, each ρ is refined in turn with the polynomial: to the mean of
-    g(M_longer)/g(M_shorter) over the pixels.
+    g(M_longer)/g(M_shorter) over the pixels. Powers of a curve and of its ratios explain a bracket
+    alike, so the ratio of the longest and the shortest exposure is held.
 
     Parameters
     ----------
@@ -56,7 +58,8 @@ class MitsunagaCalibrator(AbstractExposureCalibrator):
         ]
         brightness = np.linspace(0.0, 1.0, counts.n_levels)
         curves = [np.vander(brightness, fit[0].size, increasing=True) @ fit[0] for fit in fits]
-        falls = [bool(np.any(np.diff(curve) < 0)) for curve in curves]
+        seen = brightness >= _DARK
+        falls = [bool(np.any(np.diff(curve[seen]) < 0)) for curve in curves]
         best = min(range(len(fits)), key=lambda place: (falls[place], fits[place][1]))
         return curves[best], fits[best][2]
 
@@ -94,6 +97,7 @@ def _neighbours(counts: ExposureCounts) -> list[_Pair]:
 def _fitted(pairs: list[_Pair], order: int, *, refine: bool) -> tuple[Floats, float, bool]:
     """Coefficients c_0 … c_N, their squared error and whether ratios settled."""
     ratios = np.array([pair.ratio for pair in pairs])
+    said = np.log(ratios)
     powers = [
         [np.vander(side, order + 1, increasing=True) for side in (pair.longer, pair.shorter)]
         for pair in pairs
@@ -126,6 +130,8 @@ def _fitted(pairs: list[_Pair], order: int, *, refine: bool) -> tuple[Floats, fl
                 ratios[place] = np.average(
                     (bright / np.where(lit, dark, 1))[lit], weights=pairs[place].weight[lit]
                 )
+        # Else the rounds drift along the powers.
+        ratios **= said.sum() / np.log(ratios).sum()
     return coefficients, error, settled
 
 

@@ -20,7 +20,8 @@ class RobertsonCalibrator(AbstractExposureCalibrator):
 
     Pixels are taken by two exposures at a time, so that a comparagram holds all there is to know:
     x = (w_i t g_i + w_j t′ g_j)/(w_i t² + w_j t′²) for a pair, and g at a level is the mean of t x
-    over its pixels. Levels without pixels are interpolated.
+    over its pixels. Levels without pixels are interpolated. Pixels that are white in the longer
+    exposure are left out: with them, g there would be the mean of all that is brighter too.
 
     Parameters
     ----------
@@ -58,7 +59,8 @@ class RobertsonCalibrator(AbstractExposureCalibrator):
         times = np.exp(counts.log_exposures - counts.log_exposures.mean())
         pairs = []
         for table in counts.tables:
-            longer, shorter = np.nonzero(table.counts)
+            # Of what is white in the longer exposure the light is unknown.
+            longer, shorter = np.nonzero(table.counts[:-1])
             pairs.append(
                 (
                     longer,

@@ -1,0 +1,230 @@
+"""Which evidence frames hold: decided from settings alone."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from chartless.errors import ChartlessError, ParameterError, UnfitFramesError
+from chartless.frame import CameraSettings
+from chartless.plan import EXIF_ERROR, KINDS, UNKNOWN_ERROR, Plan, planned
+
+NOTHING = CameraSettings()
+
+
+def shot(time: float | None, f_number: float | None = 4.0, iso: float | None = 100.0) -> Any:
+    return CameraSettings(exposure_time=time, f_number=f_number, iso=iso)
+
+
+def plan_of(settings: list[CameraSettings], **asked: Any) -> Plan:
+    names = [Path(f"{number}.jpg") for number in range(len(settings))]
+    return planned(names, settings, **asked)
+
+
+SAME, BRACKET = [shot(1 / 60)] * 3, [shot(0.1), shot(0.4), shot(1.6)]
+REPEATED = [shot(0.4), shot(0.1), shot(0.4), shot(1.6)]
+SILENT = [NOTHING] * 3
+REPEATS = "and noise of 1 of them, which are repeated"
+UNTOLD = "a bracket of 3 exposures, their ratios unknown"
+
+
+@pytest.mark.parametrize(
+    ("settings", "asked", "reason", "kinds"),
+    [
+        (SILENT, {}, "noise, as the files tell no exposures", "noise"),
+        (SAME, {}, "noise, as all frames have one exposure by EXIF", "noise"),
+        (BRACKET, {}, "a bracket of 3 exposures, 1 to 16 by EXIF", "bracket"),
+        (
+            REPEATED,
+            {},
+            f"a bracket of 3 exposures, 1 to 16 by EXIF, {REPEATS}",
+            "noise bracket",
+        ),
+        ([shot(0.1), shot(None), shot(0.4)], {}, "noise, as the files tell no exposures", "noise"),
+        ([shot(0.1), NOTHING, shot(0.4)], {}, "noise, as the files tell no exposures", "noise"),
+        # Aperture and ISO count as much as the time.
+        (
+            [shot(0.1), shot(0.1, f_number=8.0), shot(0.1, iso=800.0)],
+            {},
+            "a bracket of 3 exposures, 1 to 32 by EXIF",
+            "bracket",
+        ),
+        (
+            [shot(0.1, 4.0), shot(0.4, 8.0)],
+            {},
+            "noise, as all frames have one exposure by EXIF",
+            "noise",
+        ),
+        # Times alone will do if nothing speaks against them.
+        (
+            [shot(0.1, None, None), shot(0.2, None, None)],
+            {},
+            "a bracket of 2 exposures, 1 to 2 by EXIF",
+            "bracket",
+        ),
+        (
+            [shot(0.1, 4.0, None), shot(0.2, 8.0, None)],
+            {},
+            "noise, as the files tell no exposures",
+            "noise",
+        ),
+        (SILENT, {"times": [1, 2, 4]}, "a bracket of 3 exposures, 1 to 4 by --times", "bracket"),
+        (
+            SILENT,
+            {"times": [2, 2, 2]},
+            "noise, as all frames have one exposure by --times",
+            "noise",
+        ),
+        (
+            SILENT,
+            {"times": [1, 2, 1]},
+            f"a bracket of 2 exposures, 1 to 2 by --times, {REPEATS}",
+            "noise bracket",
+        ),
+        (SILENT, {"times": "unknown"}, UNTOLD, "bracket"),
+        (
+            BRACKET,
+            {"times": "unknown"},
+            UNTOLD,
+            "bracket",
+        ),
+        # As asked for.
+        (BRACKET, {"kind": "noise"}, "noise, as asked for", "noise"),
+        (BRACKET, {"kind": "bracket"}, "a bracket of 3 exposures, 1 to 16 by EXIF", "bracket"),
+        (REPEATED, {"kind": "bracket"}, "a bracket of 3 exposures, 1 to 16 by EXIF", "bracket"),
+        (
+            REPEATED,
+            {"kind": "both"},
+            f"a bracket of 3 exposures, 1 to 16 by EXIF, {REPEATS}",
+            "noise bracket",
+        ),
+        (
+            SAME,
+            {"kind": "bracket", "times": [1, 2, 4]},
+            "a bracket of 3 exposures, 1 to 4 by --times",
+            "bracket",
+        ),
+    ],
+)
+def test_what_is_read(
+    settings: list[CameraSettings], asked: dict[str, Any], reason: str, kinds: str
+) -> None:
+    plan = plan_of(settings, **asked)
+
+    assert plan.reason == reason
+    assert (plan.noise, plan.bracket) == ("noise" in kinds.split(), "bracket" in kinds.split())
+    assert sorted(place for group in plan.groups for place in group) == list(range(len(settings)))
+    if not plan.bracket:
+        assert len(plan.groups) == 1
+        assert plan.log_exposures is None
+
+
+def test_groups_are_sorted_from_the_shortest() -> None:
+    plan = plan_of([shot(t) for t in (0.8, 0.1, 0.4, 0.1, 0.8, 0.8)])
+
+    assert plan.groups == ((1, 3), (2,), (0, 4, 5))
+    assert plan.log_exposures is not None
+    np.testing.assert_allclose(np.diff(plan.log_exposures), np.log([4, 2]))
+
+
+def test_exposures_within_a_tenth_of_a_stop_are_one() -> None:
+    stops = np.array([0.0, 0.09, 1.0, 1.11])
+
+    plan = plan_of([shot(0.1 * 2**each) for each in stops])
+
+    assert plan.groups == ((0, 1), (2,), (3,))
+    assert plan.log_exposures is not None
+    # A group has the mean of its members.
+    relative = plan.log_exposures / math.log(2)
+    np.testing.assert_allclose(np.diff(relative), [1 - 0.045, 0.11])
+
+
+@pytest.mark.parametrize(
+    ("asked", "error"),
+    [
+        ({}, EXIF_ERROR),
+        ({"time_error": 0.0}, 0.0),
+        ({"time_error": 0.3}, 0.3),
+        ({"times": [1, 4, 16]}, 0.0),
+        ({"times": [1, 4, 16], "time_error": 0.1}, 0.1),
+        ({"times": "unknown"}, UNKNOWN_ERROR),
+        ({"times": "unknown", "time_error": 0.7}, 0.7),
+    ],
+)
+def test_how_far_exposures_may_be_off(asked: dict[str, Any], error: float) -> None:
+    assert plan_of(BRACKET, **asked).exposure_error == error
+
+
+def test_unknown_exposures_are_taken_one_by_one() -> None:
+    plan = plan_of(SILENT, times="unknown")
+
+    assert plan.groups == ((0,), (1,), (2,))
+    assert plan.log_exposures is None
+
+
+ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 frames"
+
+
+@pytest.mark.parametrize(
+    ("settings", "asked", "error", "message"),
+    [
+        ([], {}, UnfitFramesError, "none was given"),
+        ([], {"times": "unknown"}, UnfitFramesError, "none was given"),
+        (BRACKET, {"kind": "exposures"}, ParameterError, "evidence must be one of auto, noise, "),
+        (SILENT, {"times": "guess"}, ParameterError, "times are numbers or 'unknown', not 'guess'"),
+        (SILENT, {"times": [1, 2]}, ParameterError, f"2 {NOT_MANY}: give one for each"),
+        (SILENT, {"times": []}, ParameterError, f"0 {NOT_MANY}"),
+        (SILENT, {"times": [1, 2, 3, 4]}, ParameterError, f"4 {NOT_MANY}"),
+        (SILENT, {"times": [1, 0, 2]}, ParameterError, f"{ZERO}, not 0"),
+        (SILENT, {"times": [1, -2, 2]}, ParameterError, f"{ZERO}, not -2"),
+        (SILENT, {"times": [1, math.nan, 2]}, ParameterError, f"{ZERO}, not nan"),
+        (SILENT, {"times": [1, math.inf, 2]}, ParameterError, f"{ZERO}, not inf"),
+        (BRACKET, {"time_error": -0.1}, ParameterError, "time_error must be a number, 0 or above"),
+        (BRACKET, {"time_error": math.nan}, ParameterError, "time_error must be"),
+        (BRACKET, {"time_error": math.inf}, ParameterError, "time_error must be"),
+        (
+            BRACKET,
+            {"times": [1, 4, 64]},
+            ParameterError,
+            "2.jpg: its EXIF exposure is 2.0 stops from --times: .* add --evidence bracket",
+        ),
+        (BRACKET, {"times": [16, 4, 1]}, ParameterError, "stops from --times"),
+        (SILENT, {"kind": "bracket"}, UnfitFramesError, "the files do not tell their exposures"),
+        (SILENT, {"kind": "both"}, UnfitFramesError, "give --times, such as --times 1,2,4"),
+        (SAME, {"kind": "bracket"}, UnfitFramesError, "a bracket needs two or more frames"),
+        (SAME, {"kind": "both"}, UnfitFramesError, "--evidence noise for frames of one exposure"),
+        (BRACKET, {"kind": "both"}, UnfitFramesError, "no exposure is repeated"),
+        (SILENT, {"times": "unknown", "kind": "both"}, UnfitFramesError, "no exposure is repeated"),
+        ([NOTHING], {"times": "unknown"}, UnfitFramesError, "a bracket needs two or more frames"),
+        ([shot(0.1)], {"kind": "bracket"}, UnfitFramesError, "a bracket needs two or more"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    settings: list[CameraSettings], asked: dict[str, Any], error: type[ChartlessError], message: str
+) -> None:
+    with pytest.raises(error, match=message) as caught:
+        plan_of(settings, **asked)
+
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("times", [[1, 4, 16], [3, 12, 48], [1, 4.5, 16]], ids=str)
+def test_times_may_agree_with_exif_or_nearly(times: list[float]) -> None:
+    plan = plan_of(BRACKET, times=times)
+
+    assert plan.reason.endswith("by --times")
+
+
+def test_times_that_contradict_exif_are_believed_if_a_bracket_is_asked_for() -> None:
+    plan = plan_of(BRACKET, times=[1, 2, 64], kind="bracket")
+
+    assert plan.log_exposures is not None
+    np.testing.assert_allclose(np.exp(np.diff(plan.log_exposures)), [2, 32])
+
+
+def test_all_kinds_have_been_asked_for() -> None:
+    assert KINDS == ("auto", "noise", "bracket", "both")
+    assert replace(plan_of(BRACKET), noise=True).bracket
