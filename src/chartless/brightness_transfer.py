@@ -88,6 +88,8 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     precision[diagonal, diagonal] = 1 / counts.exposure_error**2 if free else 1e12
     mean = np.concatenate([prior.mean, np.zeros(n_exposures)])
     x = mean.copy()
+    # ∂g_l/∂w_i: widths are w's softmax, edges their sums.
+    below = np.tril(np.ones((n_levels, n_levels)), -1) + 0.5 * np.eye(n_levels)
     for _ in range(_ROUNDS):
         edges = irradiance_at_edges(x[:n_levels])
         light = (edges[1:] + edges[:-1]) / 2
@@ -100,8 +102,6 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
         weight = 1 / (variance + (residual / _FAR) ** 2)
         normal = (operator.T @ (operator * weight[:, np.newaxis])).toarray()
         pull = operator.T @ (weight * residual)
-        # ∂g_l/∂w_i: widths are w's softmax, edges their sums.
-        below = np.tril(np.ones((n_levels, n_levels)), -1) + 0.5 * np.eye(n_levels)
         jacobian = np.eye(n_levels + n_exposures)
         jacobian[:n_levels, :n_levels] = (below - light[:, np.newaxis]) * width
         jacobian[:n_levels, :n_levels] /= light[:, np.newaxis]

@@ -168,7 +168,7 @@ def bracket_evidence(
         )
         raise UnfitFramesError(msg)
     if aligned:
-        tables = {name: _compared(samples, name, pairs, n_levels) for name in stacked}
+        tables = {name: _compared(samples, name, pairs, rows) for name, rows in stacked.items()}
     else:
         tables = {name: _matched(rows, pairs) for name, rows in stacked.items()}
     if exposure_error == 0:
@@ -235,12 +235,13 @@ def _pooled(tables: tuple[Comparagram, ...], log_exposures: Floats) -> tuple[Com
     pooled: dict[int, Comparagram] = {}
     for table in tables:
         step = log_exposures[table.longer] - log_exposures[table.shorter]
-        same = pooled.setdefault(round(step / _SAME_RATIO), table)
+        ratio = round(step / _SAME_RATIO)
+        same = pooled.setdefault(ratio, table)
         if same is table:
             continue
         own, others = table.counts.sum(axis=1), same.counts.sum(axis=1)
         trust = (own * table.trust + others * same.trust) / np.maximum(own + others, 1e-9)
-        pooled[round(step / _SAME_RATIO)] = replace(
+        pooled[ratio] = replace(
             same,
             counts=same.counts + table.counts,
             trust=trust,
@@ -289,9 +290,10 @@ def _chroma(planes: list[Levels], n_levels: int) -> Floats32:
 
 
 def _compared(
-    samples: list[_Sample], channel: str, pairs: list[tuple[int, int]], n_levels: int
+    samples: list[_Sample], channel: str, pairs: list[tuple[int, int]], histograms: Counts
 ) -> tuple[Comparagram, ...]:
     """Comparagrams of pixels at the same place."""
+    n_levels = histograms.shape[1]
     tables = []
     for shorter, longer in pairs:
         a, b = samples[shorter], samples[longer]
@@ -306,8 +308,8 @@ def _compared(
         total = heard + _weighted(rest, COLOURED_PIXELS)
         share = heard.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-9)
         trust = share + COLOURED_TRUST * (1 - share)
-        histogram = np.bincount(b.levels[channel][b.usable], minlength=n_levels)
-        tables.append(Comparagram(shorter, longer, total, trust, histogram.astype(np.float64)))
+        seen = histograms[longer].astype(np.float64)
+        tables.append(Comparagram(shorter, longer, total, trust, seen))
     return tuple(tables)
 
 

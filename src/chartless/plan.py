@@ -91,7 +91,7 @@ def planned(
         exposures, source, error = _given(times, names), "--times", time_error or 0.0
         if noted is not None and kind == "auto":
             _require_agreement(names, exposures, np.asarray(noted))
-    elif noted:
+    elif noted is not None:
         exposures, source = np.asarray(noted), "EXIF"
         error = EXIF_ERROR if time_error is None else time_error
     elif kind == "auto":
