@@ -428,7 +428,7 @@ def test_frames_of_other_sizes_and_calibrations_that_are_none_are_refused(
     grey = tmp_path / "grey.yml"
     grey.write_text("%YAML:1.0\n---\nr: !!opencv-matrix\n   rows: 2\n   dt: f\n   data: [ 1. ]\n")
 
-    assert "damaged OpenCV file" in refusal("merge", *frames, "-c", grey, "-o", output)
+    assert "not a sound OpenCV response file" in refusal("merge", *frames, "-c", grey, "-o", output)
     assert "not a calibration file" in refusal("merge", *frames, "-c", frames[0], "-o", output)
     write(frames[1], np.zeros((8, 8, 3), dtype=np.uint8), exif(0.5))
     assert "differ in size" in refusal("merge", *frames, "-c", camera, "-o", output)

@@ -12,7 +12,8 @@ import pytest
 from chartless.calibration_file import load, save
 from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
-from chartless.luts import opencv
+from chartless.luts import import_response, is_foreign
+from chartless.luts._base import MOST_BYTES
 
 Floats = npt.NDArray[np.float64]
 LEVELS = np.arange(256)
@@ -64,7 +65,7 @@ def written(folder: Path, text: str, name: str = "crf.yml") -> Path:
 
 def refused(path: Path) -> str:
     with pytest.raises(CalibrationFileError) as caught:
-        opencv.read(path)
+        import_response(path, "opencv")
     message = str(caught.value)
     assert message.startswith(f"{path}: ")
     assert "\n" not in message
@@ -81,9 +82,9 @@ def test_a_file_of_opencv(name: str, data_path: Path) -> None:
     numbers = re.findall(r"\d\.\d+(?:e-?\d+)?", path.read_text().partition("data")[2])
     bgr = np.array(numbers, dtype=float)[-768:].reshape(256, 3)
 
-    camera = opencv.read(path)
+    camera = import_response(path)
 
-    assert opencv.recognised(path)
+    assert is_foreign(path)
     assert [each.name for each in camera.channels] == ["R", "G", "B"]
     for response, column in zip(camera.channels, bgr.T[::-1], strict=True):
         wanted = np.maximum.accumulate(column)[1:]
@@ -104,8 +105,8 @@ def test_matrices_of_few_rows_are_no_response(data_path: Path) -> None:
     for name in ("opencv413_tiny.yml", "opencv413_nan_grey.yml"):
         path = data_path / "format_samples" / name
 
-        assert opencv.recognised(path)
-        assert "holds no response of OpenCV: give a matrix of 256 × 1" in refused(path)
+        assert is_foreign(path)
+        assert "holds no response: give a matrix of 256 × 1" in refused(path)
 
 
 def test_gaps_as_opencv_writes_them(data_path: Path, tmp_path: Path) -> None:
@@ -116,11 +117,14 @@ def test_gaps_as_opencv_writes_them(data_path: Path, tmp_path: Path) -> None:
     for old, new in zip(map(number, table().ravel()[:6]), first, strict=True):
         text = text.replace(old, new, 1)
 
-    camera = opencv.read(written(tmp_path, text))
+    camera = import_response(written(tmp_path, text))
 
     assert [each.observed_levels for each in camera.channels] == [(0, 255), (0, 255), (2, 255)]
-    (remark,) = camera.provenance["remarks"]
-    assert remark.endswith("channel B: filled 2 levels without value")
+    assert [each.rpartition("channel ")[2][:12] for each in camera.provenance["remarks"]] == [
+        "B: filled 2 ",
+        "G: black had",
+        "R: black had",
+    ]
 
 
 def test_files_of_other_programs_are_not_recognised(data_path: Path) -> None:
@@ -131,7 +135,7 @@ def test_files_of_other_programs_are_not_recognised(data_path: Path) -> None:
     ]
 
     assert others
-    assert not any(opencv.recognised(path) for path in others)
+    assert not any(is_foreign(path) for path in others)
 
 
 # What is read
@@ -143,9 +147,9 @@ def test_each_language_gives_the_same_curve(suffix: str, n_channels: int, tmp_pa
     dt = "3f" if n_channels == 3 else "f"
     path = written(tmp_path, text_of(suffix, dt, response=table(n_channels)), f"crf.{suffix}")
 
-    camera = opencv.read(path)
+    camera = import_response(path)
 
-    assert opencv.recognised(path)
+    assert is_foreign(path)
     assert [each.name for each in camera.channels] == (["Y"] if n_channels == 1 else list("RGB"))
     wanted = table(n_channels).T[::-1]
     for response, column in zip(camera.channels, wanted, strict=True):
@@ -161,7 +165,7 @@ def test_gaps_are_filled_by_lines_and_remarked_on(suffix: str, tmp_path: Path) -
     values[:3, 1] = np.inf
     path = written(tmp_path, text_of(suffix, response=values), "crf.txt")
 
-    camera = opencv.read(path)
+    camera = import_response(path)
 
     blue, green = camera.channel("B"), camera.channel("G")
     column = np.interp(
@@ -182,7 +186,7 @@ def test_a_curve_that_falls_is_held_and_flagged(tmp_path: Path) -> None:
     values = table()
     values[120, 2] = 0.1
 
-    camera = opencv.read(written(tmp_path, text_of("yml", response=values)))
+    camera = import_response(written(tmp_path, text_of("yml", response=values)))
 
     red = camera.channel("R")
     assert red.flags == (Flag.NOT_MONOTONE,)
@@ -193,7 +197,7 @@ def test_a_curve_that_falls_is_held_and_flagged(tmp_path: Path) -> None:
 def test_of_several_matrices_the_response_is_taken(tmp_path: Path) -> None:
     text = text_of("yml", other=table() ** 2, response=table())
 
-    camera = opencv.read(written(tmp_path, text))
+    camera = import_response(written(tmp_path, text))
 
     assert camera.channel("B").inverse_lut[128] == pytest.approx((128.5 / 255.5) ** 2, abs=1e-6)
 
@@ -209,7 +213,7 @@ def test_matrices_of_other_kinds_do_not_disturb(suffix: str, tmp_path: Path) -> 
         suffix
     ]
 
-    camera = opencv.read(written(tmp_path, head + join[suffix][0] + node + body))
+    camera = import_response(written(tmp_path, head + join[suffix][0] + node + body))
 
     assert len(camera.channels) == 3
 
@@ -218,7 +222,7 @@ def test_a_matrix_of_many_dimensions(tmp_path: Path) -> None:
     text = text_of("yml", "f", response=table(1)).replace("opencv-matrix", "opencv-nd-matrix")
     text = text.replace("   rows: 256\n   cols: 1\n", "   sizes: [ 256 ]\n")
 
-    assert opencv.read(written(tmp_path, text)).channel("Y").inverse_lut[-1] == 1
+    assert import_response(written(tmp_path, text)).channel("Y").inverse_lut[-1] == 1
 
 
 def test_line_ends_of_windows_and_a_byte_order_mark(tmp_path: Path) -> None:
@@ -226,12 +230,12 @@ def test_line_ends_of_windows_and_a_byte_order_mark(tmp_path: Path) -> None:
     text = text_of("yml", response=table())
     path.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
 
-    assert opencv.recognised(path)
-    assert len(opencv.read(path).channels) == 3
+    assert is_foreign(path)
+    assert len(import_response(path).channels) == 3
 
 
 def test_it_is_kept_as_a_calibration_file(tmp_path: Path) -> None:
-    camera = opencv.read(written(tmp_path, text_of("yml", response=table())))
+    camera = import_response(written(tmp_path, text_of("yml", response=table())))
 
     save(camera, tmp_path / "camera.json")
 
@@ -240,7 +244,7 @@ def test_it_is_kept_as_a_calibration_file(tmp_path: Path) -> None:
         lut = again.channel(name).inverse_lut
         assert lut == pytest.approx(camera.channel(name).inverse_lut, abs=1e-12)
     assert again.channels[0].method == "opencv"
-    assert not opencv.recognised(tmp_path / "camera.json")
+    assert not is_foreign(tmp_path / "camera.json")
 
 
 # Refusals
@@ -252,18 +256,18 @@ def test_a_file_cut_short_is_refused(suffix: str, tmp_path: Path) -> None:
 
     for share in (0.3, 0.6, 0.9):
         line = refused(written(tmp_path, text[: int(share * len(text))]))
-        assert "damaged OpenCV file: " in line
+        assert "not a sound OpenCV response file: " in line
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (("rows: 256", "rows: 255"), "should have 255 × 3 numbers, not 768"),
-        (("rows: 256", "rows: many"), "damaged OpenCV file: invalid literal"),
-        (("rows: 256\n", ""), "damaged OpenCV file: 'rows'"),
-        (('"3f"', '"3i"'), "holds no response of OpenCV"),
+        (("rows: 256", "rows: many"), "not a sound OpenCV response file: invalid literal"),
+        (("rows: 256\n", ""), "not a sound OpenCV response file: no 'rows'"),
+        (('"3f"', '"3i"'), "holds no response: give"),
         (("data: [ ", "data: [ what, "), "not 769"),
-        (("!!opencv-matrix", "!!map"), "holds no response of OpenCV"),
+        (("!!opencv-matrix", "!!map"), "holds no response: give"),
     ],
 )
 def test_damaged_yaml_is_refused(change: tuple[str, str], message: str, tmp_path: Path) -> None:
@@ -313,10 +317,10 @@ def test_hostile_content_is_refused_in_one_line(content: str, tmp_path: Path) ->
 def test_a_file_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "crf.yml"
     with path.open("wb") as file:
-        file.truncate(opencv.MOST_BYTES + 1)
+        file.truncate(MOST_BYTES + 1)
 
-    assert "larger than any response of OpenCV" in refused(path)
-    assert not opencv.recognised(path)
+    assert "larger than any response curve" in refused(path)
+    assert not is_foreign(path)
 
 
 def test_what_is_no_text_and_what_is_not_there(tmp_path: Path) -> None:

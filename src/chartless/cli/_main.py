@@ -17,6 +17,7 @@ from chartless.cli.calibrate import calibrate
 from chartless.cli.compare import compare
 from chartless.cli.data import app as data
 from chartless.cli.demo import demo
+from chartless.cli.export import export, import_
 from chartless.cli.fit import fit
 from chartless.cli.linearize import linearize
 from chartless.cli.merge import merge
@@ -36,6 +37,8 @@ app = typer.Typer(
 )
 for command in (demo, calibrate, linearize, merge, show, simulate, fit, compare, models):
     app.command()(command)
+app.command()(export)
+app.command("import")(import_)
 app.add_typer(data, name="data")
 app.add_typer(reproduce, name="reproduce")
 

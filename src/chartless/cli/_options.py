@@ -69,6 +69,6 @@ def parse_curve(text: str) -> "AbstractCurve":
 def load_calibration(path: Path) -> "Calibration":
     """Calibration from a file of ours or of another program, told apart by content."""
     from chartless.calibration_file import load
-    from chartless.luts import opencv
+    from chartless.luts import import_response, is_foreign
 
-    return opencv.read(path) if opencv.recognised(path) else load(path)
+    return import_response(path) if is_foreign(path) else load(path)

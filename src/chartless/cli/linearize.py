@@ -5,13 +5,17 @@ from typing import Annotated
 
 import typer
 
+from chartless.cli._options import load_calibration
 from chartless.cli._terminal import progress_bar, remark
 from chartless.errors import ParameterError
 
 
 def linearize(
     calibration: Annotated[
-        Path, typer.Argument(help="File that calibrate wrote.", show_default=False)
+        Path,
+        typer.Argument(
+            help="File that calibrate wrote, or a response of another program.", show_default=False
+        ),
     ],
     images: Annotated[
         list[Path], typer.Argument(help="Pictures of this camera.", show_default=False)
@@ -41,11 +45,10 @@ def linearize(
         chartless linearize camera.json a.jpg -o linear.exr
         chartless linearize camera.json *.jpg -o linear/ --format tif
     """
-    from chartless.calibration_file import load
     from chartless.frame import Frame
     from chartless.images import read_frame, read_values, write_image
 
-    loaded = load(calibration)
+    loaded = load_calibration(calibration)
     targets = _targets(images, output, suffix.lstrip("."))
     with progress_bar() as progress:
         for number, (image, target) in enumerate(zip(images, targets, strict=True)):

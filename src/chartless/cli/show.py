@@ -5,13 +5,16 @@ from typing import Annotated
 
 import typer
 
-from chartless.cli._options import AsJson, parse_curve
+from chartless.cli._options import AsJson, load_calibration, parse_curve
 from chartless.cli._terminal import print_json, print_summary
 
 
 def show(
     calibration: Annotated[
-        Path, typer.Argument(help="File that calibrate wrote.", show_default=False)
+        Path,
+        typer.Argument(
+            help="File that calibrate wrote, or a response of another program.", show_default=False
+        ),
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Picture to draw: .png, .svg or .pdf.")
@@ -29,10 +32,10 @@ def show(
         chartless show camera.json
         chartless show camera.json -o camera.png --truth srgb
     """
-    from chartless.calibration_file import load, to_json
+    from chartless.calibration_file import to_json
     from chartless.response import rmse
 
-    loaded = load(calibration)
+    loaded = load_calibration(calibration)
     known = None if truth is None else parse_curve(truth)
     errors = None if known is None else [rmse(each.curve, known) for each in loaded.channels]
     if output is not None:

@@ -1,5 +1,19 @@
-"""Response curves in the files of other programs, one file for each format.
+"""Response curves in the files of other programs, one file here for each format.
 
-A format's file says whether a file is of that format (`recognised`, by content, whatever its
-name), reads it into a `chartless.calibration.Calibration` (`read`), and knows no other format.
+`export_response` writes a `chartless.calibration.Calibration` for another program,
+`import_response` reads one; `FORMATS` lists what there is. A new format is one file beside these:
+a leaf of `AbstractFormat` that ends in a call of `register_format`, and one import line here. The
+order of these lines is that in which files are recognised: formats with marks of their own first.
 """
+
+from chartless.luts._base import FORMATS as FORMATS
+from chartless.luts._base import AbstractFormat as AbstractFormat
+from chartless.luts._base import Encoded as Encoded
+from chartless.luts._base import ExportSettings as ExportSettings
+from chartless.luts._exchange import encode_response as encode_response
+from chartless.luts._exchange import export_response as export_response
+from chartless.luts._exchange import import_response as import_response
+from chartless.luts._exchange import is_foreign as is_foreign
+
+from chartless.luts.opencv import OpenCv as OpenCv  # isort: skip
+from chartless.luts.plain_csv import Csv as Csv  # isort: skip

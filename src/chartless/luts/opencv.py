@@ -3,40 +3,41 @@
 ``cv2.createCalibrateDebevec().process(…)`` and its sisters return irradiance at the 256 levels,
 float32 of 256 × 1 × 3 in the order of ``cv2.imread``, blue first, linear, about 1 at level 128.
 The scale means nothing: of each channel alone it is set there, so that how channels compare is not
-known, and here each is scaled to 1 at white like any other calibration.
+known.
 
 There is no file format of its own; people store the matrix with ``cv2.FileStorage`` as YAML, XML or
 JSON, under any name. Read here is what that class writes, not these languages: nodes that are
 matrices, at the top of the file.
 """
 
-import hashlib
 import json
 import math
-import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, final
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from typing_extensions import override
 
-from chartless._version import __version__
 from chartless.calibration import Calibration
-from chartless.curves import SampledCurve
-from chartless.errors import CalibrationFileError
-from chartless.flags import Flag
-from chartless.response import Response, Status
+from chartless.luts._base import (
+    AbstractFormat,
+    Encoded,
+    ExportSettings,
+    Keeps,
+    Source,
+    register_format,
+)
+from chartless.luts._tables import above_zero, calibration_of, inverse_table
 from chartless.types import Floats
 
 N_LEVELS = 256
 """Levels that OpenCV calibrates."""
-MOST_BYTES = 1 << 22
-"""A file of 256 levels has some 10 kB."""
+UNIT_LEVEL = 128
+"""Level of irradiance 1."""
 
-_RISE = 1e-9
 _MATRICES = ("opencv-matrix", "opencv-nd-matrix")
 _NODE = re.compile(
     r"^([^\s#:]+):[ ]*!!(opencv-(?:nd-)?matrix)[ ]*\n((?:[ \t]+[^\n]*(?:\n|\Z))*)", re.MULTILINE
@@ -45,7 +46,6 @@ _FIELD = re.compile(r"^[ \t]+(rows|cols|dt|sizes):[ ]*([^\n]*)", re.MULTILINE)
 _NOT_JSON = re.compile(r"(?<=[\s,\[])(-?)\.(?:(Nan)|Inf)\b")
 _TYPE = re.compile(r"([1-4]?)([fd])")
 _NAMES = {1: ("Y",), 3: ("B", "G", "R")}
-_FOREIGN = "holds no response of OpenCV: give a matrix of 256 × 1 with 1 or 3 channels of floats"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,130 +57,90 @@ class Matrix:
     """Shape (rows, columns · channels); NaN and infinite where the file says so."""
 
 
-def recognised(path: str | os.PathLike[str]) -> bool:
-    """Whether the file holds a matrix of OpenCV, by its content; False if it cannot be read."""
-    try:
-        text = _decoded(Path(path), _content(Path(path)))
-    except CalibrationFileError:
-        return False
-    return text.lstrip()[:1] in "%-<{" and any(name in text for name in _MATRICES)
+@final
+@dataclass(frozen=True, slots=True)
+class OpenCv(AbstractFormat):
+    """The ``response`` of ``cv2.MergeDebevec`` and ``cv2.MergeRobertson``."""
+
+    name: ClassVar[str] = "opencv"
+    title: ClassVar[str] = "OpenCV response"
+    suffix: ClassVar[str] = ".yml"
+    programs: ClassVar[str] = "OpenCV FileStorage; MergeDebevec, MergeRobertson (also .xml, .json)"
+    tested_with: ClassVar[str] = "OpenCV"
+    precision: ClassVar[float] = 1e-6
+    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at level 128")
+
+    @override
+    def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:
+        """Matrix of 256 levels, every entry above 0, as MergeDebevec takes logarithms."""
+        table = above_zero(inverse_table(calibration, N_LEVELS), calibration)[:, ::-1]
+        values = (table / table[UNIT_LEVEL]).astype(np.float32)
+        write = {".xml": _as_xml, ".json": _as_json}.get(settings.suffix, _as_yaml)
+        n_channels = values.shape[1]
+        dt = "f" if n_channels == 1 else f"{n_channels}f"
+        return Encoded(write(dt, [f"{each:.9g}" for each in values.ravel()]).encode())
+
+    @override
+    def recognises(self, source: Source) -> bool:
+        return source.head.lstrip()[:1] in ("%", "-", "<", "{") and any(
+            each.encode() in source.content for each in _MATRICES
+        )
+
+    @override
+    def decode(self, source: Source) -> Calibration:
+        """Calibration in a file that ``cv2.FileStorage`` wrote.
+
+        Of several matrices the one named "response" is taken, or the only one that can be it.
+        """
+        table = _response_table(list(_matrices(source.text)))
+        return calibration_of(table, source, self.name, names=_NAMES[table.shape[1]])
 
 
-def read(path: str | os.PathLike[str]) -> Calibration:
-    """Read a response of OpenCV.
+register_format(OpenCv())
 
-    Parameters
-    ----------
-    path : path-like
-        A file that ``cv2.FileStorage`` wrote. Of several matrices the one named "response" is
-        taken, or the only one that can be a response.
 
-    Returns
-    -------
-    Calibration
-        Of method "opencv", without noise. Gaps (NaN) are filled by straight lines, above the
-        highest level known by the value there, and `provenance` has a remark. A curve that falls
-        somewhere is held at its maximum so far and flagged `Flag.NOT_MONOTONE`.
-
-    Raises
-    ------
-    CalibrationFileError
-        If the file cannot be read, is damaged or holds no response.
-    """
-    path = Path(path)
-    content = _content(path)
-    text = _decoded(path, content)
-    try:
-        matrices = list(_matrices(text))
-    except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
-        msg = f"{path}: damaged OpenCV file: {' '.join(str(error).split())[:120]}"
-        raise CalibrationFileError(msg) from error
-    except ET.ParseError as error:
-        msg = f"{path}: damaged OpenCV file: not XML: {error}"
-        raise CalibrationFileError(msg) from error
-    table = _response_table(path, matrices)
-    remarks: list[str] = []
-    names = _NAMES[table.shape[1]]
-    channels = tuple(
-        _response(path, name, table[:, place], remarks) for place, name in enumerate(names)
-    )
-    return Calibration(
-        channels=channels[::-1],
-        bit_depth=8,
-        provenance={
-            "chartless": __version__,
-            "inputs": [{"file": str(path), "sha256": hashlib.sha256(content).hexdigest()}],
-            "settings": {"method": "opencv"},
-            "remarks": remarks,
-        },
+def _as_yaml(dt: str, numbers: list[str]) -> str:
+    data = ",\n       ".join(_joined(numbers, ", "))
+    return (
+        "%YAML:1.0\n---\nresponse: !!opencv-matrix\n"
+        f'   rows: {N_LEVELS}\n   cols: 1\n   dt: "{dt}"\n   data: [ {data} ]\n'
     )
 
 
-def _content(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        msg = f"{path}: cannot be read: {error.strerror or error}"
-        raise CalibrationFileError(msg) from error
-    if len(content) > MOST_BYTES:
-        msg = f"{path}: is larger than any response of OpenCV: give the file that holds it alone"
-        raise CalibrationFileError(msg)
-    return content
+def _as_xml(dt: str, numbers: list[str]) -> str:
+    data = "\n    ".join(_joined(numbers, " "))
+    return (
+        '<?xml version="1.0"?>\n<opencv_storage>\n<response type_id="opencv-matrix">\n'
+        f'  <rows>{N_LEVELS}</rows>\n  <cols>1</cols>\n  <dt>"{dt}"</dt>\n'
+        f"  <data>\n    {data}</data></response>\n</opencv_storage>\n"
+    )
 
 
-def _decoded(path: Path, content: bytes) -> str:
-    try:
-        return content.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        msg = f"{path}: is no text, as calibrations and the files of OpenCV are"
-        raise CalibrationFileError(msg) from error
+def _as_json(dt: str, numbers: list[str]) -> str:
+    node = {"type_id": "opencv-matrix", "rows": N_LEVELS, "cols": 1, "dt": dt}
+    data = ", ".join(numbers)
+    return f'{{\n    "response": {json.dumps(node)[:-1]}, "data": [ {data} ]}}\n}}\n'
 
 
-def _response_table(path: Path, matrices: list[Matrix]) -> Floats:
+def _joined(numbers: list[str], between: str) -> list[str]:
+    """Lines of four numbers."""
+    return [between.join(numbers[at : at + 4]) for at in range(0, len(numbers), 4)]
+
+
+def _response_table(matrices: list[Matrix]) -> Floats:
     """Shape (256, 1 or 3)."""
     shapes = [(N_LEVELS, n_channels) for n_channels in _NAMES]
     fitting = {each.name: each.values for each in matrices if each.values.shape in shapes}
     if not fitting:
-        msg = f"{path}: {_FOREIGN}"
-    elif len(fitting) > 1 and "response" not in fitting:
+        msg = "holds no response: give a matrix of 256 × 1 with 1 or 3 channels of floats"
+        raise ValueError(msg)
+    if len(fitting) > 1 and "response" not in fitting:
         msg = (
-            f"{path}: {', '.join(fitting)} can each be a response: name the right one 'response' "
+            f"{', '.join(fitting)} can each be a response: name the right one 'response' "
             "or keep it in a file of its own"
         )
-    else:
-        return fitting.get("response", next(iter(fitting.values())))
-    raise CalibrationFileError(msg)
-
-
-def _response(path: Path, name: str, table: Floats, remarks: list[str]) -> Response:
-    (known,) = np.nonzero(np.isfinite(table))
-    if not known.size or not table[known].max() > 0:
-        msg = f"{path}: channel {name} has no irradiance above 0"
-        raise CalibrationFileError(msg)
-    level = np.arange(N_LEVELS)
-    if known.size < N_LEVELS:
-        remarks.append(
-            f"{path}: channel {name}: filled {N_LEVELS - known.size} levels without value"
-        )
-    # OpenCV's black is above 0, as it takes logarithms; ours is 0.
-    inside = known[known > 0]
-    filled = np.interp(level, [0, *inside], [0.0, *table[inside]])
-    rising = np.maximum.accumulate(filled)
-    # So little that it changes nothing keeps apart levels of one irradiance, which else would be
-    # joined by a line to the next: white that begins below the top stays where it is.
-    lut = rising / rising[-1] * (1 - _RISE) + _RISE * level / (N_LEVELS - 1)
-    response = Response(
-        name=name,
-        curve=SampledCurve.from_inverse(lut),
-        noise=None,
-        n_levels=N_LEVELS,
-        observed_levels=(int(known[0]), int(known[-1])),
-        n_pairs=0,
-        method="opencv",
-        status=Status.CONVERGED,
-    )
-    return response.with_flags(*([Flag.NOT_MONOTONE] if np.any(np.diff(filled) < 0) else []))
+        raise ValueError(msg)
+    return fitting.get("response", next(iter(fitting.values())))
 
 
 def _matrices(text: str) -> Iterator[Matrix]:

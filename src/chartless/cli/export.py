@@ -1,0 +1,194 @@
+"""``chartless export`` and ``chartless import``: response curves of other programs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chartless.cli._options import AsJson
+from chartless.cli._terminal import print_json, print_summary, print_table, remark
+from chartless.errors import ParameterError
+
+
+def export(
+    calibration: Annotated[
+        Path | None,
+        typer.Argument(help="File that calibrate or import wrote.", show_default=False),
+    ] = None,
+    to: Annotated[
+        str | None,
+        typer.Option("--to", help="Format, see --list [by the output's name].", show_default=False),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="File to write [beside the calibration].", show_default=False
+        ),
+    ] = None,
+    levels: Annotated[
+        int | None,
+        typer.Option(help="Entries of the table [what suits the format].", show_default=False),
+    ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(help="dso: size of the camera's pictures, 640x480.", show_default=False),
+    ] = None,
+    project: Annotated[
+        Path | None,
+        typer.Option(help="hugin: project to copy with this response in it.", show_default=False),
+    ] = None,
+    list_formats: Annotated[
+        bool, typer.Option("--list", help="List the formats, what each keeps and who reads it.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write a calibration for another program.
+
+    \b
+    Example:
+        chartless export --list
+        chartless export camera.json --to cube
+        chartless export camera.json --to dso --size 640x480 -o pcalib.txt
+    """
+    if list_formats:
+        _print_formats(as_json=as_json)
+        return
+    from chartless.luts import FORMATS, ExportSettings, export_response
+
+    if calibration is None:
+        msg = "name the calibration to export, or --list"
+        raise ParameterError(msg)
+    name = to or _name_by_suffix(output)
+    from chartless.cli._options import load_calibration
+
+    target = output or calibration.with_suffix(FORMATS[name].suffix)
+    if target.resolve() == calibration.resolve():
+        msg = f"{target} is the calibration itself and would be overwritten: give another -o"
+        raise ParameterError(msg)
+    settings = ExportSettings(
+        n_levels=levels, size=None if size is None else _parse_size(size), project=project
+    )
+    lost, files = export_response(load_calibration(calibration), target, name, settings)
+    if lost:
+        remark(f"{target} does not hold: {lost}")
+    if as_json:
+        print_json({"format": name, "files": [str(each) for each in files], "lost": lost})
+        return
+    for each in files:
+        print(each)
+
+
+def import_(
+    file: Annotated[
+        Path, typer.Argument(help="Response curve of another program.", show_default=False)
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Calibration to write [camera.json; with --json none].",
+            show_default=False,
+        ),
+    ] = None,
+    from_: Annotated[
+        str | None,
+        typer.Option("--from", help="Format [by the file's content].", show_default=False),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a calibration of the response curve in another program's FILE.
+
+    \b
+    Example:
+        chartless import response.yml -o camera.json
+        chartless import curve.m --from pfstools --json
+    """
+    from chartless._files import require_writable
+    from chartless.calibration_file import save, to_json
+    from chartless.luts import import_response
+
+    target = output or (None if as_json else Path("camera.json"))
+    if target is not None:
+        require_writable(target)
+        if target.resolve() == file.resolve():
+            msg = f"{target} is the file to import and would be overwritten: choose another output"
+            raise ParameterError(msg)
+    calibration = import_response(file, from_)
+    if target is not None:
+        save(calibration, target)
+    for text in calibration.provenance["remarks"]:
+        remark(text)
+    if as_json:
+        print_json(to_json(calibration))
+    else:
+        print_summary(calibration)
+        print(f"\ncalibration written to {target}")
+
+
+def _print_formats(*, as_json: bool) -> None:
+    from chartless.luts import FORMATS
+
+    if as_json:
+        content = [
+            {
+                "name": each.name,
+                "title": each.title,
+                "suffix": each.suffix,
+                "written": each.is_written,
+                "read": each.is_read,
+                "programs": each.programs,
+                "channels": each.keeps.channels,
+                "scale": each.keeps.scale,
+                "range": each.keeps.range or None,
+                "band": each.keeps.band or None,
+            }
+            for each in FORMATS.values()
+        ]
+        print_json({"formats": content})
+        return
+    header = ["format", "file", "in", "out", "channels", "irradiance", "range", "band", "read by"]
+    rows = [
+        [
+            each.name,
+            each.suffix,
+            "yes" if each.is_read else "-",
+            "yes" if each.is_written else "-",
+            each.keeps.channels,
+            each.keeps.scale,
+            each.keeps.range or "-",
+            each.keeps.band or "-",
+            each.programs,
+        ]
+        for each in FORMATS.values()
+    ]
+    print_table(header, rows, left=range(len(header)))
+
+
+def _name_by_suffix(output: Path | None) -> str:
+    """Return the only format whose files end so."""
+    from chartless.luts import FORMATS
+
+    suffix = "" if output is None else output.suffix.lower()
+    fitting = [each.name for each in FORMATS.values() if each.is_written and each.suffix == suffix]
+    if len(fitting) == 1:
+        return fitting[0]
+    if fitting:
+        msg = f"{suffix} files are of several formats: give --to {' or --to '.join(fitting)}"
+    else:
+        msg = "name the format with --to; chartless export --list shows them"
+    raise ParameterError(msg)
+
+
+def _parse_size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        width = height = 0
+    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS):
+        msg = f"--size must be width and height such as 640x480, not {text[:40]!r}"
+        raise ParameterError(msg)
+    return width, height
+
+
+_MOST_PIXELS = 1 << 15  # of a side

@@ -1,0 +1,172 @@
+"""Calibrations to files of other programs, and back."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from struct import error as StructError  # noqa: N812 - the name in the standard library
+from xml.etree.ElementTree import ParseError
+
+from chartless._files import atomic_path, require_writable
+from chartless.calibration import Calibration
+from chartless.errors import CalibrationFileError, ChartlessError
+from chartless.luts._base import (
+    FORMATS,
+    MOST_BYTES,
+    AbstractFormat,
+    Encoded,
+    ExportSettings,
+    Source,
+)
+
+_DAMAGE = (
+    ValueError, TypeError, LookupError, ArithmeticError, RecursionError, StructError, ParseError,
+)  # fmt: skip
+
+
+def encode_response(
+    calibration: Calibration, name: str, settings: ExportSettings | None = None
+) -> Encoded:
+    """Content of a file of another program.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    name : str
+        A name in `FORMATS`.
+    settings : ExportSettings, optional
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such format.
+    ParameterError
+        If the format is only read, or cannot hold this calibration.
+    """
+    return FORMATS[name].encode(calibration, settings or ExportSettings())
+
+
+def export_response(
+    calibration: Calibration,
+    path: str | os.PathLike[str],
+    name: str,
+    settings: ExportSettings | None = None,
+) -> tuple[str, tuple[Path, ...]]:
+    """Write a calibration for another program.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    path : path-like
+        File to write; it appears whole or not at all.
+    name : str
+        A name in `FORMATS`.
+    settings : ExportSettings, optional
+
+    Returns
+    -------
+    (str, tuple of Path)
+        What was lost, in one line, empty if nothing; and the files written, `path` first and then
+        those that the other program wants in the same folder.
+
+    Raises
+    ------
+    UnknownNameError, ParameterError
+        As `encode_response` does.
+    OutputError
+        If nothing can be written there.
+    """
+    path = Path(path)
+    require_writable(path)
+    settings = replace(settings or ExportSettings(), suffix=path.suffix.lower())
+    encoded = encode_response(calibration, name, settings)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(encoded.content)
+    beside = []
+    for picture, values in encoded.pictures.items():
+        from chartless.images import write_image
+
+        beside.append(path.parent / picture)
+        write_image(beside[-1], values, data_type="uint16", linear=False)
+    return _lost(FORMATS[name], calibration, encoded), (path, *beside)
+
+
+def import_response(path: str | os.PathLike[str], name: str | None = None) -> Calibration:
+    """Read a response curve of another program.
+
+    Parameters
+    ----------
+    path : path-like
+    name : str, optional
+        A name in `FORMATS`; without, the first format that recognises the file.
+
+    Returns
+    -------
+    Calibration
+        As a rule without noise; what was filled or scaled is in ``provenance["remarks"]``.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such format.
+    CalibrationFileError
+        If the file cannot be read, is damaged or of no known format.
+    """
+    source = _read(Path(path))
+    found = recognised(source) if name is None else FORMATS[name]
+    if found is None:
+        known = ", ".join(each.name for each in FORMATS.values() if each.is_read)
+        msg = f"{path}: is of no known format ({known}): name one if it has no marks of its own"
+        raise CalibrationFileError(msg)
+    try:
+        return found.decode(source)
+    except ChartlessError:
+        raise
+    except _DAMAGE as error:
+        what = f"no {error}" if isinstance(error, KeyError) else str(error)
+        what = " ".join(what.split())[:160]
+        msg = f"{path}: not a sound {found.title} file: {what}"
+        raise CalibrationFileError(msg) from error
+
+
+def is_foreign(path: str | os.PathLike[str]) -> bool:
+    """Whether a format here recognises the file; False if it cannot be read."""
+    try:
+        return recognised(_read(Path(path))) is not None
+    except CalibrationFileError:
+        return False
+
+
+def recognised(source: Source) -> AbstractFormat | None:
+    """First format that takes the file for its own; None if none does."""
+    for each in FORMATS.values():
+        if each.is_read and each.recognises(source):
+            return each
+    return None
+
+
+def _read(path: Path) -> Source:
+    try:
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        msg = f"{path}: cannot be read: {error.strerror or error}"
+        raise CalibrationFileError(msg) from error
+    if len(content) > MOST_BYTES:
+        msg = f"{path}: is larger than any response curve: give the file that holds it alone"
+        raise CalibrationFileError(msg)
+    return Source(path, content)
+
+
+def _lost(each: AbstractFormat, calibration: Calibration, encoded: Encoded) -> str:
+    """What the file does not say of this calibration."""
+    keeps = each.keeps
+    first = calibration.channels[0]
+    full = (0, first.n_levels - 1)
+    lost = []
+    if len(calibration.channels) > 1 and keeps.channels != "each":
+        lost.append(f"the channels became {keeps.channels}")
+    if not keeps.band and any(r.inverse_lut_std is not None for r in calibration.channels):
+        lost.append("the error band")
+    if not keeps.range and any(r.observed_levels != full for r in calibration.channels):
+        lost.append("which levels were seen")
+    return "; ".join([*lost, *encoded.lost])

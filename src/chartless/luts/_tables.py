@@ -1,0 +1,170 @@
+"""Between calibrations and tables of irradiance at uniform brightness.
+
+Nearly every format is such a table: a row for each level, a column for each channel.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from chartless._version import __version__
+from chartless.calibration import Calibration
+from chartless.cooccurrence import MIN_LEVELS
+from chartless.curves import SampledCurve
+from chartless.errors import ParameterError
+from chartless.flags import Flag
+from chartless.luts._base import Source
+from chartless.response import Response, Status
+from chartless.types import Floats, Floats32
+
+RGB, GREY = ("R", "G", "B"), ("Y",)
+MOST_LEVELS = 1 << 16
+
+_RISE = 1e-9
+_LIFTED = 1e-3
+
+
+def inverse_table(calibration: Calibration, n_levels: int | None = None) -> Floats:
+    """Irradiance of each channel at uniform brightness, shape (n_levels, channels).
+
+    Parameters
+    ----------
+    calibration : Calibration
+    n_levels : int, optional
+        Entries, 2 … 65536; without, the levels that were calibrated.
+
+    Raises
+    ------
+    ParameterError
+        If there are no tables of so many entries.
+    """
+    n_levels = calibration.channels[0].n_levels if n_levels is None else n_levels
+    if not 2 <= n_levels <= MOST_LEVELS:  # noqa: PLR2004 - a line needs two points
+        msg = f"a table has between 2 and {MOST_LEVELS} levels, not {n_levels}"
+        raise ParameterError(msg)
+    brightness = np.linspace(0.0, 1.0, n_levels)
+    return np.column_stack([each.curve.inverse(brightness) for each in calibration.channels])
+
+
+def in_colour(table: Floats) -> Floats:
+    """Return three columns, equal ones for a single channel."""
+    return np.broadcast_to(table, (len(table), len(RGB)))
+
+
+def above_zero(table: Floats, calibration: Calibration) -> Floats:
+    """Same table with the irradiance in the middle of black's half bin for black.
+
+    For readers that take logarithms. Pixels of level 0 have brightness between 0 and half a level.
+    """
+    quarter = 0.25 / (len(table) - 1)
+    black = [each.curve.inverse(quarter) for each in calibration.channels]
+    raised = table.copy()
+    raised[0] = np.minimum(black, table[1])
+    return np.maximum(raised, np.finfo(np.float32).tiny)
+
+
+def strictly_increasing(table: Floats) -> Floats32:
+    """Nearest float32 that increase down each column; entries of 0 and more.
+
+    An entry that would not exceed the one before by two steps of float32 is put so much above.
+    """
+    rising = np.ascontiguousarray(table.T, dtype=np.float32)
+    # Floats of one sign are in the order of their bits read as integers.
+    steps = 2 * np.arange(rising.shape[1], dtype=np.int64)
+    ordinals = rising.view(np.int32).astype(np.int64)
+    apart = np.maximum.accumulate(ordinals - steps, axis=1) + steps
+    return apart.astype(np.int32).view(np.float32).T
+
+
+def calibration_of(
+    table: Floats,
+    source: Source,
+    method: str,
+    *,
+    names: Sequence[str] | None = None,
+    remarks: Sequence[str] = (),
+) -> Calibration:
+    """Calibration from a table of irradiance at uniform brightness.
+
+    Parameters
+    ----------
+    table : ndarray, shape (L, 1 or 3)
+        On any scale, each channel alone is scaled to 1 at white. Gaps (not finite) are filled by
+        straight lines, those above the highest value known by that. Irradiance at black is 0,
+        whatever the table has there.
+    source : Source
+        Where it was read.
+    method : str
+        Format of the file.
+    names : sequence of str, optional
+        Channel of each column; without, R, G and B, or Y. Three equal columns become Y only by
+        the choice of the caller.
+    remarks : sequence of str
+        Of reading it.
+
+    Returns
+    -------
+    Calibration
+        Without noise. A curve that falls somewhere is held at its maximum so far and flagged
+        `Flag.NOT_MONOTONE`. A table of fewer than 16 entries is drawn through 256 levels, one of
+        more than 65,536 through so many.
+
+    Raises
+    ------
+    ValueError
+        If it has neither one nor three columns, or a channel has no light.
+    """
+    if table.ndim != 2 or len(table) < 2:  # noqa: PLR2004
+        msg = "its table has fewer than two entries"
+        raise ValueError(msg)
+    names = names or {1: GREY, 3: RGB}.get(table.shape[1])
+    if names is None:
+        msg = f"its table has {table.shape[1]} channels, not 1 or 3"
+        raise ValueError(msg)
+    notes = [f"{source.path}: {each}" for each in remarks]
+    channels = {
+        name: _response(source, method, name, column, notes)
+        for name, column in zip(names, table.T, strict=True)
+    }
+    provenance = source.provenance(method)
+    return Calibration(
+        channels=tuple(channels[name] for name in (GREY if len(names) == 1 else RGB)),
+        bit_depth=8 if len(table) <= 1 << 8 else 16,
+        provenance={"chartless": __version__, **provenance, "remarks": notes},
+    )
+
+
+def _response(source: Source, method: str, name: str, column: Floats, notes: list[str]) -> Response:
+    (known,) = np.nonzero(np.isfinite(column))
+    inside = known[known > 0]
+    if not inside.size or not column[inside].max() > 0:
+        msg = f"channel {name} has no irradiance above 0"
+        raise ValueError(msg)
+    level = np.arange(column.size)
+    if known.size < column.size:
+        missing = column.size - known.size
+        notes.append(f"{source.path}: channel {name}: filled {missing} levels without value")
+    white = column[inside].max()
+    if known[0] == 0 and column[0] > _LIFTED * white:
+        share = column[0] / white
+        notes.append(f"{source.path}: channel {name}: black had {share:.1%} of white, now 0")
+    filled = np.interp(level, [0, *inside], [0.0, *(column[inside] / white)])
+    rising = np.maximum.accumulate(np.maximum(filled, 0))
+    # So little that it changes nothing keeps apart levels of one irradiance, which else would be
+    # joined by a line to the next: white that begins below the top stays where it is.
+    lut = rising / rising[-1] * (1 - _RISE) + _RISE * level / (column.size - 1)
+    last = column.size - 1
+    n_levels = column.size if MIN_LEVELS <= column.size <= MOST_LEVELS else MOST_LEVELS
+    n_levels = 1 << 8 if column.size < MIN_LEVELS else n_levels
+    seen = np.array([known[0], known[-1]]) * (n_levels - 1) // last
+    response = Response(
+        name=name,
+        curve=SampledCurve.from_inverse(lut),
+        noise=None,
+        n_levels=n_levels,
+        observed_levels=(int(seen[0]), int(seen[1])),
+        n_pairs=0,
+        method=method,
+        status=Status.CONVERGED,
+    )
+    return response.with_flags(*([Flag.NOT_MONOTONE] if np.any(np.diff(filled) < 0) else []))

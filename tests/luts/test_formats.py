@@ -1,0 +1,222 @@
+"""What holds of every format: round trips within its precision, refusals, the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from cameras import CURVES, make_camera
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chartless.calibration import Calibration
+from chartless.calibration_file import load, save
+from chartless.cli import main
+from chartless.curves import AbstractCurve, ModelCurve
+from chartless.errors import CalibrationFileError, ParameterError
+from chartless.luts import (
+    FORMATS,
+    AbstractFormat,
+    ExportSettings,
+    export_response,
+    import_response,
+)
+from chartless.luts._base import Source
+from chartless.luts._tables import above_zero, inverse_table, strictly_increasing
+
+SETTINGS = ExportSettings(size=(64, 48))
+BRIGHTNESS = np.linspace(0, 1, 256)
+BOTH = [name for name, each in FORMATS.items() if each.is_written and each.is_read]
+WRITTEN = [name for name, each in FORMATS.items() if each.is_written]
+
+# From nearly linear to steeper than any camera, in the family that the exports draw from.
+curves = st.builds(
+    lambda a, s, c: ModelCurve("ameegc2-exact", (a, s, c)),
+    st.floats(-1.5, 0.5),
+    st.floats(0, 2),
+    st.floats(-2, 2),
+)
+
+
+def wanted(each: AbstractFormat, camera: Calibration) -> list[npt.NDArray[np.float64]]:
+    """Inverse responses that a file of the format should hold, channel by channel."""
+    tables = [response.curve.inverse(BRIGHTNESS) for response in camera.channels]
+    if each.keeps.channels != "each" and len(tables) > 1:
+        return [np.mean(tables, axis=0)]
+    return tables
+
+
+def held(camera: Calibration) -> list[npt.NDArray[np.float64]]:
+    return [response.curve.inverse(BRIGHTNESS) for response in camera.channels]
+
+
+def assert_same(each: AbstractFormat, camera: Calibration, again: Calibration) -> None:
+    for had, has in zip(wanted(each, camera), held(again), strict=True):
+        assert np.abs(had - has).max() <= each.precision
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_a_round_trip_keeps_the_curve(name: str, tmp_path: Path) -> None:
+    """Also told apart from all other formats, by its content alone."""
+    each = FORMATS[name]
+    for camera in (make_camera(*CURVES), make_camera(CURVES[0])):
+        path = tmp_path / f"camera{each.suffix}"
+        export_response(camera, path, name, SETTINGS)
+
+        again = import_response(path)
+
+        assert again.channels[0].method == name
+        assert again.provenance["inputs"][0]["file"] == str(path)
+        if len(camera.channels) == len(again.channels):
+            assert_same(each, camera, again)
+        else:  # three equal channels of one, or one of three
+            for had, has in zip([wanted(each, camera)[0]] * 3, held(again), strict=False):
+                assert np.abs(had - has).max() <= each.precision
+
+
+@pytest.mark.parametrize("name", BOTH)
+@given(three=st.tuples(curves, curves, curves))
+def test_a_round_trip_keeps_any_curve(
+    name: str, three: tuple[AbstractCurve, ...], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    each, camera = FORMATS[name], make_camera(*three)
+    path = tmp_path_factory.mktemp("formats") / f"camera{each.suffix}"
+    export_response(camera, path, name, SETTINGS)
+
+    again = import_response(path, name)
+
+    assert_same(each, camera, again)
+    for response in again.channels:
+        assert np.all(np.diff(response.inverse_lut) > 0)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_every_format_says_what_it_is(name: str) -> None:
+    each = FORMATS[name]
+
+    assert each.name == name
+    assert each.suffix.startswith(".")
+    assert all((each.title, each.programs, each.tested_with, each.keeps.channels))
+    assert 0 < each.precision < 0.05
+
+
+def refusal(path: Path, name: str) -> str | None:
+    """Why the file is refused; None if it is not."""
+    try:
+        import_response(path, name)
+    except (CalibrationFileError, ParameterError) as error:
+        return str(error)
+    return None
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_damaged_files_end_in_one_line(name: str, tmp_path: Path) -> None:
+    each = FORMATS[name]
+    path = tmp_path / f"camera{each.suffix}"
+    if each.is_written:
+        export_response(make_camera(*CURVES), path, name, SETTINGS)
+    content = path.read_bytes() if path.exists() else b"what is this"
+
+    for broken in (b"", content[: len(content) // 2], b"\0" * 400, content.replace(b"0", b"?")):
+        path.write_bytes(broken)
+        line = refusal(path, name)
+        assert line is None or line.startswith(f"{path}: ")
+        assert "\n" not in (line or "")
+
+
+def test_a_file_of_no_format_names_those_there_are(tmp_path: Path) -> None:
+    (tmp_path / "letter.txt").write_text("Dear reader")
+
+    with pytest.raises(CalibrationFileError, match=r"is of no known format \(opencv, "):
+        import_response(tmp_path / "letter.txt")
+
+
+def test_floats_that_increase() -> None:
+    flat = np.array([[0, 0], [1e-30, 0], [0.5, 0.5], [0.5, 0.4], [0.5, 1], [1, 1]])
+
+    rising = strictly_increasing(flat)
+
+    assert rising.dtype == np.float32
+    assert np.all(np.diff(rising, axis=0) > 0)
+    assert rising == pytest.approx(np.maximum.accumulate(flat), abs=1e-6)
+    steep = inverse_table(make_camera(ModelCurve("gamma", (0.4,))))
+    assert np.array_equal(strictly_increasing(steep), steep.astype(np.float32))
+
+
+def test_black_for_logarithms_stays_below_the_next_level() -> None:
+    for gamma in (0.2, 1.0, 3.0):
+        camera = make_camera(ModelCurve("gamma", (gamma,)))
+        table = above_zero(inverse_table(camera), camera)
+
+        assert 0 < table[0, 0] <= table[1, 0]
+        assert np.array_equal(table[1:], inverse_table(camera)[1:])
+
+
+def test_a_source_reads_any_line_ends() -> None:
+    text = Source(Path("a"), b"\xef\xbb\xbfa\r\nb\rc\n").text
+
+    assert text == "a\nb\nc\n"
+
+
+# The command line
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_export_and_import(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    each = FORMATS[name]
+    save(make_camera(*CURVES, seen=(3, 250)), tmp_path / "camera.json")
+    target = tmp_path / f"foreign{each.suffix}"
+
+    arguments = ["--to", name, "--size", "64x48", "-o", str(target)]
+    assert main(["export", str(tmp_path / "camera.json"), *arguments]) == 0
+
+    told = capsys.readouterr()
+    assert told.out.splitlines()[0] == str(target)
+    assert ("the error band" in told.err) == (not each.keeps.band)
+    assert ("which levels were seen" in told.err) == (not each.keeps.range)
+    if each.is_read:
+        assert main(["import", str(target), "-o", str(tmp_path / "again.json")]) == 0
+        assert_same_or_shared(each, load(tmp_path / "again.json"))
+
+
+def assert_same_or_shared(each: AbstractFormat, again: Calibration) -> None:
+    tables = wanted(each, make_camera(*CURVES))
+    for had, has in zip(tables, held(again), strict=False):
+        assert np.abs(had - has).max() <= each.precision
+
+
+def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", "--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == list(FORMATS)
+
+    assert main(["export", "--list", "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert [each["name"] for each in content["formats"]] == list(FORMATS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "name the calibration to export, or --list"),
+        (["{camera}", "--to", "cubes"], "unknown format 'cubes'"),
+        (["{camera}"], "name the format with --to"),
+        (["{camera}", "-o", "{folder}/camera.json", "--to", "csv"], "would be overwritten"),
+        (["{camera}", "--to", "csv", "--size", "0x7"], "--size must be width and height"),
+        (["{camera}", "--to", "csv", "--levels", "1"], "between 2 and 65536 levels, not 1"),
+        (["{camera}", "--to", "csv", "-o", "{folder}/none/a.csv"], "does not exist: create it"),
+    ],
+)
+def test_bad_requests_end_in_one_line(
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save(make_camera(*CURVES), tmp_path / "camera.json")
+    filled = [each.format(camera=tmp_path / "camera.json", folder=tmp_path) for each in arguments]
+
+    assert main(["export", *filled]) == 2
+
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("chartless: error: ")
+    assert message in line
+    assert [each.name for each in tmp_path.iterdir()] == ["camera.json"]
