@@ -54,14 +54,16 @@ def row_probability(
     ratio: float,
     level: int,
     shift: float = 0.0,
+    share: float | None = None,
 ) -> Floats:
-    """P(i | level) without stray pixels, shape (L,)."""
+    """P(i | level) without stray pixels, shape (L,); share of the mean² that is noise."""
     below, above = edges[level - 1], edges[level]
     light, width = (below + above) / 2, above - below
     mean = light * (1 + shift) / ratio
-    longer = noise.slope * light + noise.floor + width**2 / 12
+    longer = noise.slope * light + noise.floor
     shorter = noise.slope * mean + noise.floor
-    deviation = math.sqrt(shorter + longer / ratio**2 + (scatter * mean) ** 2)
+    noisy = shorter + longer / ratio**2 if share is None else share * mean**2
+    deviation = math.sqrt(noisy + width**2 / 12 / ratio**2 + (scatter * mean) ** 2)
     ends = [-math.inf, *((edge - mean) / deviation for edge in edges), math.inf]
     low, high = np.transpose(list(pairwise(ends)))
     # From the side where the share is best told from zero.
@@ -89,9 +91,10 @@ def probabilities(
     counts: ExposureCounts, edges: Floats, noise: AffineNoise, own: Floats
 ) -> list[tuple[Floats, Floats]]:
     """For each table its weighted counts and P(i | j), shapes (L, L); 1 where nothing counts."""
-    if counts.own_noise:
+    relative = counts.tables[0].noise is not None
+    if counts.own_noise and not relative:
         noise = AffineNoise(math.exp(own[1]), math.exp(own[2]))
-    changes = own[3 if counts.own_noise else 1 :]
+    changes = own[2 if relative else 3 if counts.own_noise else 1 :]
     log_exposures = counts.log_exposures + (changes if counts.exposure_error > 0 else 0)
     told = []
     for table in counts.tables:
@@ -108,6 +111,7 @@ def probabilities(
                     ratio=ratio,
                     level=int(level),
                     shift=shift,
+                    share=None if table.noise is None else math.exp(own[1]) * table.noise[level],
                 )
         told.append((rows, share))
     return told
@@ -203,10 +207,12 @@ def test_probabilities_agree_with_mpmath() -> None:
 # The log-likelihood
 
 
-def a_bracket(n_levels: int = 12, seed: int = 5, **more: Any) -> ExposureCounts:
+def a_bracket(
+    n_levels: int = 12, seed: int = 5, *, relative: bool = False, **more: Any
+) -> ExposureCounts:
     """Three exposures, each compared with each, as no camera shows them."""
     rng = np.random.default_rng(seed)
-    tables = []
+    tables, noise = [], rng.uniform(1e-3, 1e-1, n_levels) if relative else None
     for shorter, longer in ((0, 1), (1, 2), (0, 2)):
         counts = rng.uniform(0, 4, (n_levels, n_levels))
         counts[rng.integers(1, n_levels - 1)] = 0
@@ -215,7 +221,7 @@ def a_bracket(n_levels: int = 12, seed: int = 5, **more: Any) -> ExposureCounts:
             weight = rng.uniform(0, 1, n_levels)
             shift = rng.uniform(-0.1, 0.1, n_levels)
             table = replace(table, weight=weight, shift=shift)
-        tables.append(table)
+        tables.append(replace(table, noise=noise))
     return exposure_counts(*tables, ratio=2.5, **more)
 
 
@@ -223,14 +229,17 @@ def an_own(counts: ExposureCounts, seed: int = 8) -> Floats:
     rng = np.random.default_rng(seed)
     own = rng.uniform(-0.05, 0.05, counts.own_mean.size)
     own[0] = math.log(0.06)
-    if counts.own_noise:
+    if counts.own_noise and not counts.has_relative_noise:
         own[1:3] = np.log([4e-3, 6e-4])
     return np.asarray(own)
 
 
 VARIANTS = [
-    pytest.param({"own_noise": own_noise, "exposure_error": error}, id=f"{own_noise}, {error}")
-    for own_noise in (False, True)
+    pytest.param(
+        {"own_noise": own_noise, "relative": relative, "exposure_error": error},
+        id=f"{own_noise}, {relative}, {error}",
+    )
+    for own_noise, relative in ((False, False), (True, False), (True, True))
     for error in (0.0, 0.02)
 ]
 
@@ -443,7 +452,7 @@ def test_a_gaussian_scene_draws_the_light_towards_its_middle() -> None:
     given_level = middle + (light - middle) * spread**2 / (spread**2 + deviation**2)
     expected = (given_level / light - 1)[inner]
 
-    informed = ExposureModel(counts, edges, noise, counts.own_mean).informed()
+    informed = ExposureModel(counts, edges, noise, counts.own_mean).informed()[0]
 
     (table,) = informed.tables
     assert table.shift is not None
@@ -463,7 +472,7 @@ def test_before_an_even_scene_only_the_growth_of_noise_shifts_light(gamma: float
     counts = exposure_counts(comparagram(np.ones((256, 256))))
     counts = replace(counts, tables=(replace(counts.tables[0], histogram=histogram),))
 
-    (table,) = ExposureModel(counts, edges, noise, counts.own_mean).informed().tables
+    (table,) = ExposureModel(counts, edges, noise, counts.own_mean).informed()[0].tables
 
     assert table.shift is not None
     expected = np.minimum(noise.slope / light, 0.5)
@@ -483,7 +492,7 @@ def test_the_mean_light_of_a_level_is_that_of_simulation() -> None:
     counts = exposure_counts(comparagram(np.ones((256, 256))))
     counts = replace(counts, tables=(replace(counts.tables[0], histogram=histogram),))
 
-    (table,) = ExposureModel(counts, edges, noise, counts.own_mean).informed().tables
+    (table,) = ExposureModel(counts, edges, noise, counts.own_mean).informed()[0].tables
 
     assert table.shift is not None
     inner = np.arange(40, 160)
@@ -511,7 +520,7 @@ def test_shift_is_of_the_longer_exposure() -> None:
         counts.own_mean,
     )
 
-    first, second, third = (table.shift for table in model.informed().tables)
+    first, second, third = (table.shift for table in model.informed()[0].tables)
 
     inner = slice(10, 54)
     assert np.abs(first[inner]).max() < 1e-3
@@ -524,7 +533,7 @@ def test_shift_is_of_the_longer_exposure() -> None:
 def test_an_informed_model_expects_the_light_where_it_is_shifted_to() -> None:
     counts = a_bracket()
     edges, noise, own = gamma_edges(12), AffineNoise(3e-3, 9e-4), an_own(counts)
-    informed = ExposureModel(counts, edges, noise, own).informed()
+    informed, _ = ExposureModel(counts, edges, noise, own).informed()
     expected = sum(
         float(np.sum(rows * np.log(share)))
         for rows, share in probabilities(informed, edges, noise, own)
@@ -535,13 +544,52 @@ def test_an_informed_model_expects_the_light_where_it_is_shifted_to() -> None:
     assert value == pytest.approx(expected, rel=1e-5)
 
 
+def test_an_informed_model_keeps_the_noise_of_its_own() -> None:
+    """Its spread stays what it was, and its own unknowns become those that go with it."""
+    counts = replace(a_bracket(own_noise=True, exposure_error=0.1))
+    edges, noise, own = gamma_edges(12), AffineNoise(3e-3, 9e-4), an_own(counts)
+    before = ExposureModel(counts, edges, noise, own)
+
+    informed, its_own = before.informed()
+
+    assert informed.has_relative_noise
+    assert its_own.tolist() == [own[0], 0.0, *own[3:]]
+    shiftless = tuple(
+        replace(new, weight=old.weight, shift=old.shift)
+        for new, old in zip(informed.tables, counts.tables, strict=True)
+    )
+    after = ExposureModel(replace(informed, tables=shiftless), edges, noise, its_own)
+    assert after.log_likelihood() == pytest.approx(before.log_likelihood(), rel=1e-9)
+
+
+def test_noise_of_its_own_tells_no_power_of_the_curve() -> None:
+    """f^γ with exposures to that power explains a bracket alike, so far as levels are narrow."""
+    n_levels = 256
+    table = comparagram(np.ones((n_levels, n_levels)), noise=np.full(n_levels, 1e-3))
+    counts = exposure_counts(table, ratio=4.0, own_noise=True, exposure_error=0.5)
+    base, noise = gamma_edges(n_levels, 2.2), AffineNoise(3e-3, 9e-4)
+    own = np.array([math.log(0.03), 0.0, 0.0, 0.0])
+    ((_, expected),) = probabilities(counts, base, noise, own)
+    expected[[0, -1]] = 0
+    counts = replace(counts, tables=(replace(table, counts=1e3 * expected),))
+    values = []
+    for power in (1.0, 1.02):
+        turned = own.copy()
+        turned[:2] += np.log(power) * np.array([1, 2])
+        turned[2:] = (power - 1) * counts.log_exposures
+        values.append(ExposureModel(counts, base**power, noise, turned).log_likelihood())
+    off = ExposureModel(counts, base**1.02, noise, own).log_likelihood()
+
+    assert values[0] - values[1] < 1e-3 * (values[0] - off)
+
+
 def weights(n_pixels: float, scatter: float, trust: float = 1.0) -> Floats:
     table = comparagram(np.full((32, 32), n_pixels / 32))
     counts = exposure_counts(replace(table, trust=np.full(32, trust)))
     model = ExposureModel(
         counts, gamma_edges(32), AffineNoise.from_8bit(0.03, 16), np.array([math.log(scatter)])
     )
-    (informed,) = model.informed().tables
+    (informed,) = model.informed()[0].tables
     assert informed.weight is not None
     return informed.weight
 
@@ -592,6 +640,10 @@ def test_prior_of_the_own_unknowns() -> None:
     assert all_of_it.own_mean.tolist() == pytest.approx([*scatter, *log_noise, 0, 0, 0])
     deviations = 1 / np.sqrt(np.diag(all_of_it.own_precision))
     np.testing.assert_allclose(deviations, [1, 0.7, 0.7, 0.1, 0.1, 0.1])
+    informed = a_bracket(own_noise=True, relative=True, exposure_error=0.1)
+    assert informed.own_mean.tolist() == pytest.approx([*scatter, 0, 0, 0, 0])
+    deviations = 1 / np.sqrt(np.diag(informed.own_precision))
+    np.testing.assert_allclose(deviations, [1, 0.7, 0.1, 0.1, 0.1])
     exact = 1 / np.sqrt(np.diag(a_bracket(exposure_error=0.1).own_precision))
     np.testing.assert_allclose(exact, [1, 0.1, 0.1, 0.1])
 

@@ -21,6 +21,11 @@ doi:10.1198/jasa.2011.tm11181; u because the noise itself grows with the light).
 for does not shrink with the number of pixels. Both need a first estimate, after which
 `ExposureModel.informed` tells them.
 
+Where repeated exposures tell the noise, u and v here are only what fits: real noise is known
+better, and must not be bent to what lies between exposures. Nor may they say which of the curves
+f^γ it is, through how the spread grows with irradiance. So after the first estimate the noise of a
+row is that share of m_j which it was there, times a common factor: it turns with γ as all does.
+
 A table of such counts is a comparagram (Mann 2000, "Comparametric equations with practical
 applications in quantigraphic image processing", doi:10.1109/83.855434).
 """
@@ -67,14 +72,18 @@ class Comparagram:
     """Of each row in the likelihood, shape (L,); without, rows count as `FIRST_PIXELS` at most."""
     shift: Floats | None = None
     """Relative change of the irradiance of each row by the scene, shape (L,); without, none."""
+    noise: Floats | None = None
+    """Variance of the noise of each row as a share of m², shape (L,), up to the common factor;
+    without, that of u and v."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExposureCounts:
     """Counted evidence of a bracket in one channel, as the likelihood takes it.
 
-    Its own unknowns are ln κ; ln u and ln v, if it has noise of its own; and, unless the exposures
-    are exactly known, how far each ln t is from what it is said to be.
+    Its own unknowns are ln κ; if it has noise of its own, ln u and ln v or, once informed, ln of
+    the common factor; and, unless the exposures are exactly known, how far each ln t is from what
+    it is said to be.
     """
 
     tables: tuple[Comparagram, ...]
@@ -83,8 +92,7 @@ class ExposureCounts:
     exposure_error: float = 0.0
     """Deviation of the logarithms of the exposures; 0 if they are exact."""
     own_noise: bool = False
-    """Whether u and v here are not those of level pairs of one exposure. What lies between two
-    exposures is noise and more; where real noise is known better, it must not be bent to that."""
+    """Whether u and v here are not those of level pairs of one exposure."""
 
     @property
     def n_levels(self) -> int:
@@ -108,8 +116,10 @@ class ExposureCounts:
     @property
     def own_mean(self) -> Floats:
         """Prior mean of the own unknowns, shape (N,)."""
-        noise = AffineNoise.from_8bit(*TYPICAL_8BIT)
-        log_noise = np.log([noise.slope, noise.floor]) if self.own_noise else np.empty(0)
+        typical = AffineNoise.from_8bit(*TYPICAL_8BIT)
+        log_noise = np.log([typical.slope, typical.floor]) if self.own_noise else np.empty(0)
+        if self.has_relative_noise:
+            log_noise = np.zeros(1)
         changes = np.zeros(self.log_exposures.size if self.exposure_error > 0 else 0)
         return np.concatenate([[np.log(TYPICAL_SCATTER)], log_noise, changes])
 
@@ -124,7 +134,14 @@ class ExposureCounts:
     @property
     def first_change(self) -> int:
         """Place of the first exposure among the own unknowns."""
+        if self.has_relative_noise:
+            return 2
         return 3 if self.own_noise else 1
+
+    @property
+    def has_relative_noise(self) -> bool:
+        """Whether the noise of its own is that of a first estimate, up to a factor."""
+        return self.tables[0].noise is not None
 
 
 class ExposureModel:
@@ -145,7 +162,10 @@ class ExposureModel:
         self._counts = counts
         changes = own[counts.first_change :]
         log_exposures = counts.log_exposures + (changes if changes.size else 0.0)
-        if counts.own_noise:
+        factor = 1.0
+        if counts.has_relative_noise:
+            factor = float(np.exp(own[1]))
+        elif counts.own_noise:
             slope, floor = np.exp(own[1:3])
             noise = AffineNoise(float(slope), float(floor))
         self._rows = [
@@ -153,12 +173,13 @@ class ExposureModel:
                 table,
                 edges,
                 noise,
+                factor=factor,
                 scatter=float(np.exp(own[0])),
                 ratio=float(np.exp(log_exposures[table.longer] - log_exposures[table.shorter])),
             )
             for table in counts.tables
         ]
-        self._edges, self._noise, self._n_own = edges, noise, own.size
+        self._edges, self._noise, self._own = edges, noise, own
 
     def log_likelihood(self) -> float:
         """Σ C ln P over all tables."""
@@ -178,14 +199,15 @@ class ExposureModel:
             In (edges, unknowns of the noise, own unknowns).
         """
         n_inner = self._edges.size
-        size = n_inner + len(mix) + self._n_own
+        size = n_inner + len(mix) + self._own.size
         gradient, information = np.zeros(size), np.zeros((size, size))
         for table, rows in zip(self._counts.tables, self._rows, strict=True):
-            # A table knows edges, ln u, ln v, ln κ and ln ρ.
+            # A table knows edges, ln u (or ln of the factor), ln v, ln κ and ln ρ.
             turn = np.zeros((4, size - n_inner))
             turn[2, len(mix)] = 1.0
             if self._counts.own_noise:
-                turn[[0, 1], [len(mix) + 1, len(mix) + 2]] = 1.0
+                own_noise = np.arange(self._counts.first_change - 1)
+                turn[own_noise, len(mix) + 1 + own_noise] = 1.0
             else:
                 turn[:2, : len(mix)] = mix.T
             first = len(mix) + self._counts.first_change
@@ -194,17 +216,21 @@ class ExposureModel:
             rows.add_to(gradient, information, turn)
         return Expansion(self.log_likelihood(), gradient, information)
 
-    def informed(self) -> ExposureCounts:
-        """Counts with shifts and weights of rows as this state asks for."""
+    def informed(self) -> tuple[ExposureCounts, Floats]:
+        """Counts with shifts, weights and noise of rows as this state asks for; own unknowns."""
+        counts, own = self._counts, self._own
         tables = [
             replace(
                 table,
                 weight=rows.weight(),
                 shift=_shift(table.histogram, self._edges, self._noise),
+                noise=rows.relative_noise() if counts.own_noise else None,
             )
-            for table, rows in zip(self._counts.tables, self._rows, strict=True)
+            for table, rows in zip(counts.tables, self._rows, strict=True)
         ]
-        return replace(self._counts, tables=tuple(tables))
+        if counts.own_noise:
+            own = np.concatenate([own[:1], np.zeros(1), own[counts.first_change :]])
+        return replace(counts, tables=tuple(tables)), own
 
 
 def _shift(histogram: Floats, edges: Floats, noise: AffineNoise) -> Floats:
@@ -224,6 +250,41 @@ def _shift(histogram: Floats, edges: Floats, noise: AffineNoise) -> Floats:
     return np.concatenate([[0.0], relative.clip(-_MOST_SHIFT, _MOST_SHIFT), [0.0]])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _RowNoise:
+    """Part of s² that is noise, and its derivatives; shape (J,)."""
+
+    variance: Floats
+    by_log_mean: Floats
+    """While the irradiance of level j stays."""
+    by_light: Floats
+    """By that, while the mean stays."""
+    by_log_ratio: Floats
+    by_unknowns: tuple[Floats, Floats]
+    """Ln u and ln v, or ln of the factor and nothing."""
+
+    @classmethod
+    def affine(cls, noise: AffineNoise, mean: Floats, light: Floats, ratio: float) -> "_RowNoise":
+        """Of both exposures."""
+        of_longer = noise.variance(light) / ratio**2
+        return cls(
+            variance=noise.variance(mean) + of_longer,
+            by_log_mean=noise.slope * mean,
+            by_light=np.full(mean.size, noise.slope / ratio**2),
+            by_log_ratio=-2 * of_longer,
+            by_unknowns=(
+                noise.slope * (mean + light / ratio**2),
+                np.full(mean.size, noise.floor * (1 + 1 / ratio**2)),
+            ),
+        )
+
+    @classmethod
+    def relative(cls, share: Floats, mean: Floats) -> "_RowNoise":
+        """A share of the mean, squared."""
+        variance, zero = share * mean**2, np.zeros(mean.size)
+        return cls(variance, 2 * variance, zero, zero, (variance, zero))
+
+
 class _Rows:
     """One table: a row for each level j of the longer exposure that has counts.
 
@@ -237,21 +298,26 @@ class _Rows:
         edges: Floats,
         noise: AffineNoise,
         *,
+        factor: float,
         scatter: float,
         ratio: float,
     ) -> None:
         counts = table.counts
         (inner,) = np.nonzero(counts[1:-1].any(axis=1))
         self._upper: Indices = inner + 1  # edge above level j; below it is the one before
-        self._noise, self._scatter, self._ratio = noise, scatter, ratio
+        self._scatter, self._ratio = scatter, ratio
         self._width = edges[self._upper] - edges[self._upper - 1]
         self._light = (edges[self._upper] + edges[self._upper - 1]) / 2
         shift = 0.0 if table.shift is None else table.shift[self._upper]
         self._share = np.full(self._upper.size, 1.0 / ratio) * (1.0 + shift)
         self._mean = self._light * self._share
-        self._seen = noise.variance(self._light) + self._width**2 / 12
-        variance = noise.variance(self._mean) + self._seen / ratio**2
-        self._variance = (variance + (scatter * self._mean) ** 2)[:, np.newaxis]
+        self._rounding = self._width**2 / 12 / ratio**2
+        if table.noise is None:
+            self._noise = _RowNoise.affine(noise, self._mean, self._light, ratio)
+        else:
+            self._noise = _RowNoise.relative(factor * table.noise[self._upper], self._mean)
+        variance = self._noise.variance + self._rounding + (scatter * self._mean) ** 2
+        self._variance = variance[:, np.newaxis]
         self._deviation = np.sqrt(self._variance)
         reach = _REACH * self._deviation[:, 0]
         first = np.searchsorted(edges, self._mean - reach)
@@ -284,6 +350,12 @@ class _Rows:
         weight = np.zeros(self._n_levels)
         weight[self._upper] = self._trust / (1 + self._n_pixels * shared)
         return weight
+
+    def relative_noise(self) -> Floats:
+        """Variance of the noise of each row as a share of m², shape (L,)."""
+        noise = np.zeros(self._n_levels)
+        noise[self._upper] = self._noise.variance / self._mean**2
+        return noise
 
     def log_likelihood(self) -> float:
         gain = float(np.vdot(self._counts, np.log(self._shares / self._stray)))
@@ -367,21 +439,16 @@ class _Rows:
 
         The rest is ln u, ln v, ln κ, ln ρ, shape (J, 4).
         """
-        slope, floor, ratio, mean = self._noise.slope, self._noise.floor, self._ratio, self._mean
+        noise, mean = self._noise, self._mean
         scattered = (self._scatter * mean) ** 2
         half = 0.5 * self._share
-        along = slope * mean + 2 * scattered  # ∂s²/∂ln m
-        middle = 0.5 * (along / self._light + slope / ratio**2)
-        apart = self._width / (6 * ratio**2)
+        along = noise.by_log_mean + 2 * scattered  # ∂s²/∂ln m
+        middle = 0.5 * (along / self._light + noise.by_light)
+        apart = self._width / (6 * self._ratio**2)
         zero = np.zeros(mean.size)
         mean_by_rest = np.stack([zero, zero, zero, -mean], axis=1)
         variance_by_rest = np.stack(
-            [
-                slope * (mean + self._light / ratio**2),
-                np.full(mean.size, floor * (1 + 1 / ratio**2)),
-                2 * scattered,
-                -along - 2 * self._seen / ratio**2,
-            ],
+            [*noise.by_unknowns, 2 * scattered, noise.by_log_ratio - along - 2 * self._rounding],
             axis=1,
         )
         return (

@@ -256,11 +256,13 @@ class LikelihoodSearch(AbstractCalibrator):
         )
         look = maximise(terms, space, begin, hold_ratio=still is not None, tolerance=_FIRST_SETTLED)
         (fit,) = (each for each in look.fits if isinstance(each, ExposureFit))
-        terms[0] = ExposureTerm(fit.model.informed())
+        exposures, own = fit.model.informed()
+        terms[0] = ExposureTerm(exposures)
+        begin = replace(look.state, own=(own, *look.state.own[1:]))
         if still is None:
-            modes = [maximise(terms, space, look.state, hold_ratio=False)]
+            modes = [maximise(terms, space, begin, hold_ratio=False)]
         else:
-            modes = ridge(terms, space, look.state, 1.0, on_mode=on_mode)
+            modes = ridge(terms, space, begin, 1.0, on_mode=on_mode)
         return Found(space, modes, 1.0, still, exposures)
 
     def _response(self, channel: str, found: Found, others: list[list[Mode]]) -> Response:
