@@ -79,7 +79,7 @@ RIVALS: dict[str, Rival] = {
 
 def read(paths: list[str]) -> Frames:
     """Frames in RGB."""
-    return [np.ascontiguousarray(cv2.imread(path)[..., ::-1]) for path in paths]
+    return [np.ascontiguousarray(cv2.imread(path)[..., ::-1]) for path in paths]  # type: ignore[index, unused-ignore]
 
 
 def answer(case: dict[str, Any]) -> dict[str, Any]:

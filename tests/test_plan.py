@@ -165,6 +165,18 @@ def test_unknown_exposures_are_taken_one_by_one() -> None:
     assert plan.log_exposures is None
 
 
+def test_names_of_unknown_exposures_tell_which_are_repeated() -> None:
+    plan = plan_of(SILENT, times=["b", "a", "b"])
+
+    assert plan.groups == ((0, 2), (1,))
+    assert plan.log_exposures is None
+    assert plan.noise
+    assert plan.reason == (
+        "a bracket of 2 exposures, their ratios unknown, and noise of 1 of them, which are repeated"
+    )
+    assert not plan_of(SILENT, times=["b", "a", "b"], kind="bracket").noise
+
+
 ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 frames"
 
 
@@ -174,7 +186,16 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
         ([], {}, UnfitFramesError, "none was given"),
         ([], {"times": "unknown"}, UnfitFramesError, "none was given"),
         (BRACKET, {"kind": "exposures"}, ParameterError, "evidence must be one of auto, noise, "),
-        (SILENT, {"times": "guess"}, ParameterError, "times are numbers or 'unknown', not 'guess'"),
+        (
+            SILENT,
+            {"times": "guess"},
+            ParameterError,
+            "names of exposures or 'unknown', not 'guess'",
+        ),
+        (SILENT, {"times": ["a", 2, 3]}, ParameterError, "not 'a' among numbers"),
+        (SILENT, {"times": ["a", "b"]}, ParameterError, f"2 {NOT_MANY}: give one for each"),
+        (SILENT, {"times": ["a"] * 3}, UnfitFramesError, "a bracket needs two or more frames"),
+        (SAME, {"times": [1, 1, 1], "kind": "noise"}, ParameterError, "leave --times or"),
         (SILENT, {"times": [1, 2]}, ParameterError, f"2 {NOT_MANY}: give one for each"),
         (SILENT, {"times": []}, ParameterError, f"0 {NOT_MANY}"),
         (SILENT, {"times": [1, 2, 3, 4]}, ParameterError, f"4 {NOT_MANY}"),

@@ -158,7 +158,10 @@ class Flag(_Advice):
     )
     SEARCH_UNFINISHED = (
         "search-unfinished",
-        "the search was still improving when it stopped: raise --rounds",
+        (
+            "the search was still improving when it stopped: trust the curve less; --method ism-… "
+            "goes on with more --rounds"
+        ),
     )
 
 

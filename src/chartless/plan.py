@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,12 +29,19 @@ UNKNOWN_ERROR = 1.5
 _DISAGREE = 0.5  # stops between --times and EXIF
 
 
+Groups: TypeAlias = tuple[tuple[int, ...], ...]
+"""Numbers of the frames of each exposure."""
+Times: TypeAlias = Sequence[float] | Sequence[str] | str | None
+"""Exposures as a user gives them."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
     """What will be read from the frames."""
 
-    groups: tuple[tuple[int, ...], ...]
-    """Numbers of the frames of each exposure, from the shortest; of unknown exposures one each."""
+    groups: Groups
+    """Numbers of the frames of each exposure, from the shortest; of unknown exposures in the order
+    of their first frames."""
     log_exposures: Floats | None
     """ln t of each group; None if unknown."""
     exposure_error: float
@@ -50,7 +58,7 @@ def planned(
     names: Sequence[Path],
     settings: Sequence[CameraSettings],
     *,
-    times: Sequence[float] | str | None = None,
+    times: Times = None,
     time_error: float | None = None,
     kind: str = "auto",
 ) -> Plan:
@@ -61,8 +69,9 @@ def planned(
     names : sequence of Path
         Of the frames, for messages.
     settings : sequence of CameraSettings
-    times : sequence of float or "unknown", optional
-        Relative exposure of each frame.
+    times : sequence of float or of str or "unknown", optional
+        Relative exposure of each frame. Where the ratios are unknown, names for the exposures, the
+        same for frames of the same one; "unknown" if all differ.
     time_error : float, optional
         Relative error of the exposures; without, 0 for `times` and `EXIF_ERROR` for EXIF.
     kind : str
@@ -80,12 +89,17 @@ def planned(
         msg = "calibration needs two or more frames of the same still scene, none was given"
         raise UnfitFramesError(msg)
     if kind == "noise":
+        if times is not None:
+            msg = "noise is that of frames of one exposure: leave --times or --evidence noise away"
+            raise ParameterError(msg)
         return _noise_alone(len(names), "noise, as asked for")
-    if times == UNKNOWN:
-        each = tuple((place,) for place in range(len(names)))
+    labels = _labels(times, len(names))
+    if labels is not None:
+        groups = _labelled(labels)
+        reason = f"a bracket of {len(groups)} exposures, their ratios unknown"
+        noise, told = _repeats(groups, kind)
         error = UNKNOWN_ERROR if time_error is None else time_error
-        reason = f"a bracket of {len(names)} exposures, their ratios unknown"
-        return _checked(Plan(each, None, error, reason, noise=False, bracket=True), kind)
+        return _checked(Plan(groups, None, error, reason + told, noise=noise, bracket=True), kind)
     noted = noted_exposures(settings)
     if times is not None:
         exposures, source, error = _given(times, names), "--times", time_error or 0.0
@@ -105,19 +119,44 @@ def planned(
     groups, levels = _grouped(np.log(exposures))
     if len(groups) == 1 and kind == "auto":
         return _noise_alone(len(names), f"noise, as all frames have one exposure by {source}")
-    repeated = sum(len(group) > 1 for group in groups)
     reason = (
         f"a bracket of {len(groups)} exposures, 1 to {math.exp(np.ptp(levels)):.3g} by {source}"
     )
+    noise, told = _repeats(groups, kind)
+    return _checked(Plan(groups, levels, error, reason + told, noise=noise, bracket=True), kind)
+
+
+def _repeats(groups: Groups, kind: str) -> tuple[bool, str]:
+    """Whether noise is read too, and a clause that says so."""
+    repeated = sum(len(group) > 1 for group in groups)
     noise = bool(repeated) and kind != "bracket"
-    if noise:
-        reason += f", and noise of {repeated} of them, which are repeated"
-    return _checked(Plan(groups, levels, error, reason, noise=noise, bracket=True), kind)
+    return noise, f", and noise of {repeated} of them, which are repeated" if noise else ""
 
 
-def _require_sense(
-    times: Sequence[float] | str | None, time_error: float | None, kind: str
-) -> None:
+def _labels(times: Times, n_frames: int) -> list[str] | None:
+    """Names of the exposures where these are unknown; None if times are numbers."""
+    if times == UNKNOWN:
+        return [str(place) for place in range(n_frames)]
+    if times is None or isinstance(times, str):
+        return None
+    labels = [each for each in times if isinstance(each, str)]
+    if labels and len(labels) < len(times):
+        msg = f"times are all numbers or all names of exposures, not {labels[0]!r} among numbers"
+        raise ParameterError(msg)
+    if labels:
+        _require_one_each(len(labels), n_frames)
+    return labels or None
+
+
+def _labelled(labels: Sequence[str]) -> Groups:
+    """Frames of one name, in the order of their first frames."""
+    groups: dict[str, list[int]] = {}
+    for place, label in enumerate(labels):
+        groups.setdefault(label, []).append(place)
+    return tuple(map(tuple, groups.values()))
+
+
+def _require_sense(times: Times, time_error: float | None, kind: str) -> None:
     if kind not in KINDS:
         msg = f"evidence must be one of {', '.join(KINDS)}, not {kind!r}"
         raise ParameterError(msg)
@@ -125,7 +164,7 @@ def _require_sense(
         msg = f"time_error must be a number, 0 or above, not {time_error!r}"
         raise ParameterError(msg)
     if isinstance(times, str) and times != UNKNOWN:
-        msg = f"times are numbers or {UNKNOWN!r}, not {times!r}"
+        msg = f"times are numbers, names of exposures or {UNKNOWN!r}, not {times!r}"
         raise ParameterError(msg)
 
 
@@ -160,17 +199,21 @@ def noted_exposures(settings: Sequence[CameraSettings]) -> list[float] | None:
     return known if len(known) == len(exposures) else None
 
 
-def _given(times: Sequence[float] | str, names: Sequence[Path]) -> Floats:
+def _given(times: Sequence[float] | Sequence[str] | str, names: Sequence[Path]) -> Floats:
     exposures = np.asarray(times, dtype=np.float64)
-    if exposures.size != len(names):
-        msg = f"{exposures.size} times were given for {len(names)} frames: give one for each"
-        raise ParameterError(msg)
+    _require_one_each(exposures.size, len(names))
     wrong = ~((exposures > 0) & np.isfinite(exposures))
     if wrong.any():
         place = int(wrong.argmax())
         msg = f"the time of {names[place]} must be above 0, not {exposures[place]:g}"
         raise ParameterError(msg)
     return exposures
+
+
+def _require_one_each(n_times: int, n_frames: int) -> None:
+    if n_times != n_frames:
+        msg = f"{n_times} times were given for {n_frames} frames: give one for each"
+        raise ParameterError(msg)
 
 
 def _require_agreement(names: Sequence[Path], given: Floats, noted: Floats) -> None:
@@ -185,7 +228,7 @@ def _require_agreement(names: Sequence[Path], given: Floats, noted: Floats) -> N
         raise ParameterError(msg)
 
 
-def _grouped(log_exposures: Floats) -> tuple[tuple[tuple[int, ...], ...], Floats]:
+def _grouped(log_exposures: Floats) -> tuple[Groups, Floats]:
     """Frames of one exposure, from the shortest, and ln t of each group."""
     groups: list[list[int]] = []
     for place in np.argsort(log_exposures, kind="stable"):

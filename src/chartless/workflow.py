@@ -26,7 +26,7 @@ from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
 from chartless.flags import Flag
 from chartless.frame import CameraSettings, Frame, FrameSource
 from chartless.models import MODELS
-from chartless.plan import Plan, planned
+from chartless.plan import Plan, Times, planned
 from chartless.response import Response, rmse
 from chartless.screening import screen
 from chartless.types import JsonObject, Levels
@@ -50,7 +50,7 @@ def calibrate(
     dark: Sequence[str | os.PathLike[str] | Levels] = (),
     shared_noise: bool = False,
     evidence: str = "auto",
-    times: Sequence[float] | str | None = None,
+    times: Times = None,
     time_error: float | None = None,
     aligned: bool = True,
     bloom_radius: int = 0,
@@ -88,8 +88,9 @@ def calibrate(
         before white balance; method likelihood only.
     evidence : str
         "auto" (what there is), "noise", "bracket" or "both".
-    times : sequence of float or "unknown", optional
-        Relative exposure of each frame, instead of what EXIF says.
+    times : sequence of float or of str or "unknown", optional
+        Relative exposure of each frame, instead of what EXIF says. Where ratios are unknown, a
+        name for each exposure, such as ``list("abbc")``; "unknown" if all exposures differ.
     time_error : float, optional
         Relative error of the exposures; without, 0 for `times`, 2 % for EXIF.
     aligned : bool
@@ -134,6 +135,10 @@ def calibrate(
     calibrator = _calibrator(method, model, settings)
     joint = _joint(calibrator) if shared_noise else None
     plan = _plan(frames, calibrator, times=times, time_error=time_error, kind=evidence)
+    if shared_noise and plan.bracket:
+        msg = f"channels share noise where frames are of one exposure, and this is {plan.reason}: "
+        msg += "leave --shared-noise away"
+        raise ParameterError(msg)
     read = _read(
         frames,
         plan,

@@ -32,9 +32,10 @@ def parse_pair(text: str) -> tuple[float, float]:
     return slope, floor
 
 
-def parse_times(text: str) -> list[float] | str:
+def parse_times(text: str) -> list[float] | list[str] | str:
     """Exposures from ``1,2,4``, ``1/30,1/8``, a file with one line for each, or ``unknown``.
 
+    Words are names of unknown exposures: ``a,b,b,c``.
     The time of a line is its last word, so that lists of files and times will do.
     """
     if text == "unknown":
@@ -45,6 +46,8 @@ def parse_times(text: str) -> list[float] | str:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
         kept = (line.split("#")[0].split() for line in lines)
         parts = [words[-1] for words in kept if words]
+    if len(parts) > 1 and all(part.strip().isalpha() for part in parts):
+        return [part.strip() for part in parts]
     try:
         return [float(Fraction(part.strip())) for part in parts]
     except (ValueError, ArithmeticError):

@@ -84,7 +84,7 @@ def calibrate(
         str | None,
         typer.Option(
             help="Relative exposures of the frames instead of EXIF: 1,2,4, a file with a line for "
-            "each, or unknown.",
+            "each, or unknown; a,b,b,c if only the second and third are alike.",
             show_default=False,
         ),
     ] = None,

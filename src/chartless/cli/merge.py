@@ -85,10 +85,7 @@ def merge(
     _require_different(frames, output, calibration)
     camera = load_calibration(calibration)
     settings = [read_settings(frame) for frame in frames]
-    given = None if times is None else parse_times(times)
-    if isinstance(given, str):
-        msg = f"--times {given}: merging needs the exposures; give numbers such as 1/30,1/8,1/2"
-        raise ParameterError(msg)
+    given = None if times is None else _known_times(times)
     plan = _plan(frames, settings, given)
     exposures, unit = _exposures(settings, given)
     files = _Files(frames)
@@ -159,6 +156,14 @@ def _require_different(frames: list[Path], output: Path, calibration: Path) -> N
     if target == calibration.resolve():
         msg = f"{output} is the calibration and would be overwritten: choose another output"
         raise ParameterError(msg)
+
+
+def _known_times(text: str) -> list[float]:
+    times = [each for each in parse_times(text) if isinstance(each, float)]
+    if not times:
+        msg = f"--times {text}: merging needs the exposures; give numbers such as 1/30,1/8,1/2"
+        raise ParameterError(msg)
+    return times
 
 
 def _plan(
