@@ -12,8 +12,8 @@ import pytest
 from chartless.calibration_file import load, save
 from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
-from chartless.luts import import_response, is_foreign
-from chartless.luts._base import MOST_BYTES
+from chartless.luts import OpenCv, import_response, is_foreign
+from chartless.luts._base import MOST_BYTES, Source
 
 Floats = npt.NDArray[np.float64]
 LEVELS = np.arange(256)
@@ -135,7 +135,8 @@ def test_files_of_other_programs_are_not_recognised(data_path: Path) -> None:
     ]
 
     assert others
-    assert not any(is_foreign(path) for path in others)
+    sources = [Source(path, path.read_bytes()) for path in others]
+    assert not any(OpenCv().recognises(source) for source in sources)
 
 
 # What is read

@@ -16,4 +16,10 @@ from chartless.luts._exchange import import_response as import_response
 from chartless.luts._exchange import is_foreign as is_foreign
 
 from chartless.luts.opencv import OpenCv as OpenCv  # isort: skip
+from chartless.luts.clf import Clf as Clf  # isort: skip
+from chartless.luts.icc import Icc as Icc  # isort: skip
+from chartless.luts.csp import Csp as Csp  # isort: skip
+from chartless.luts.spi1d import Spi1d as Spi1d  # isort: skip
+from chartless.luts.resolve import Resolve as Resolve  # isort: skip
+from chartless.luts.cube import Cube as Cube  # isort: skip
 from chartless.luts.plain_csv import Csv as Csv  # isort: skip

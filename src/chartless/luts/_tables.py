@@ -20,6 +20,8 @@ from chartless.types import Floats, Floats32
 RGB, GREY = ("R", "G", "B"), ("Y",)
 MOST_LEVELS = 1 << 16
 
+_LARGEST = 1e38
+"""As float32 has it; beyond are gaps, and irradiance below its inverse is none."""
 _RISE = 1e-9
 _LIFTED = 1e-3
 
@@ -135,9 +137,9 @@ def calibration_of(
 
 
 def _response(source: Source, method: str, name: str, column: Floats, notes: list[str]) -> Response:
-    (known,) = np.nonzero(np.isfinite(column))
+    (known,) = np.nonzero(np.abs(column) < _LARGEST)
     inside = known[known > 0]
-    if not inside.size or not column[inside].max() > 0:
+    if not inside.size or not column[inside].max() > 1 / _LARGEST:
         msg = f"channel {name} has no irradiance above 0"
         raise ValueError(msg)
     level = np.arange(column.size)
