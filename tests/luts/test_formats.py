@@ -47,6 +47,15 @@ def wanted(each: AbstractFormat, camera: Calibration) -> list[npt.NDArray[np.flo
     return tables
 
 
+def in_its_family(each: AbstractFormat, camera: Calibration, folder: Path) -> Calibration:
+    """A camera that the format holds: if only a family of curves, what a first round trip makes."""
+    if not each.keeps.curves:
+        return camera
+    path = folder / f"nearest{each.suffix}"
+    export_response(camera, path, each.name, SETTINGS)
+    return import_response(path, each.name)
+
+
 def held(camera: Calibration) -> list[npt.NDArray[np.float64]]:
     return [response.curve.inverse(BRIGHTNESS) for response in camera.channels]
 
@@ -60,7 +69,8 @@ def assert_same(each: AbstractFormat, camera: Calibration, again: Calibration) -
 def test_a_round_trip_keeps_the_curve(name: str, tmp_path: Path) -> None:
     """Also told apart from all other formats, by its content alone."""
     each = FORMATS[name]
-    for camera in (make_camera(*CURVES), make_camera(CURVES[0])):
+    for measured in (make_camera(*CURVES), make_camera(CURVES[0])):
+        camera = in_its_family(each, measured, tmp_path)
         path = tmp_path / f"camera{each.suffix}"
         export_response(camera, path, name, SETTINGS)
 
@@ -80,8 +90,9 @@ def test_a_round_trip_keeps_the_curve(name: str, tmp_path: Path) -> None:
 def test_a_round_trip_keeps_any_curve(
     name: str, three: tuple[AbstractCurve, ...], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    each, camera = FORMATS[name], make_camera(*three)
-    path = tmp_path_factory.mktemp("formats") / f"camera{each.suffix}"
+    each, folder = FORMATS[name], tmp_path_factory.mktemp("formats")
+    camera = in_its_family(each, make_camera(*three), folder)
+    path = folder / f"camera{each.suffix}"
     export_response(camera, path, name, SETTINGS)
 
     again = import_response(path, name)
@@ -177,11 +188,12 @@ def test_export_and_import(name: str, tmp_path: Path, capsys: pytest.CaptureFixt
     assert ("which levels were seen" in told.err) == (not each.keeps.range)
     if each.is_read:
         assert main(["import", str(target), "-o", str(tmp_path / "again.json")]) == 0
-        assert_same_or_shared(each, load(tmp_path / "again.json"))
+        camera = in_its_family(each, make_camera(*CURVES), tmp_path)
+        assert_same_or_shared(each, camera, load(tmp_path / "again.json"))
 
 
-def assert_same_or_shared(each: AbstractFormat, again: Calibration) -> None:
-    tables = wanted(each, make_camera(*CURVES))
+def assert_same_or_shared(each: AbstractFormat, camera: Calibration, again: Calibration) -> None:
+    tables = wanted(each, camera)
     for had, has in zip(tables, held(again), strict=False):
         assert np.abs(had - has).max() <= each.precision
 

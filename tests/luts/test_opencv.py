@@ -135,8 +135,7 @@ def test_files_of_other_programs_are_not_recognised(data_path: Path) -> None:
     ]
 
     assert others
-    sources = [Source(path, path.read_bytes()) for path in others]
-    assert not any(OpenCv().recognises(source) for source in sources)
+    assert not any(OpenCv().recognises(Source.read(path)) for path in others)
 
 
 # What is read

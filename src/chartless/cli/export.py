@@ -31,11 +31,16 @@ def export(
     ] = None,
     size: Annotated[
         str | None,
-        typer.Option(help="dso: size of the camera's pictures, 640x480.", show_default=False),
+        typer.Option(
+            help="dso, hugin: size of the camera's pictures, 640x480.", show_default=False
+        ),
     ] = None,
     project: Annotated[
         Path | None,
-        typer.Option(help="hugin: project to copy with this response in it.", show_default=False),
+        typer.Option(
+            help="hugin: project to copy with this response for all pictures in it.",
+            show_default=False,
+        ),
     ] = None,
     list_formats: Annotated[
         bool, typer.Option("--list", help="List the formats, what each keeps and who reads it.")
@@ -139,6 +144,7 @@ def _print_formats(*, as_json: bool) -> None:
                 "read": each.is_read,
                 "programs": each.programs,
                 "channels": each.keeps.channels,
+                "curves": each.keeps.curves or None,
                 "scale": each.keeps.scale,
                 "range": each.keeps.range or None,
                 "band": each.keeps.band or None,
@@ -147,7 +153,10 @@ def _print_formats(*, as_json: bool) -> None:
         ]
         print_json({"formats": content})
         return
-    header = ["format", "file", "in", "out", "channels", "irradiance", "range", "band", "read by"]
+    header = [
+        "format", "file", "import", "export", "channels", "curve", "irradiance", "range", "band",
+        "read by",
+    ]  # fmt: skip
     rows = [
         [
             each.name,
@@ -155,6 +164,7 @@ def _print_formats(*, as_json: bool) -> None:
             "yes" if each.is_read else "-",
             "yes" if each.is_written else "-",
             each.keeps.channels,
+            each.keeps.curves or "any",
             each.keeps.scale,
             each.keeps.range or "-",
             each.keeps.band or "-",

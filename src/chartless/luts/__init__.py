@@ -22,4 +22,5 @@ from chartless.luts.csp import Csp as Csp  # isort: skip
 from chartless.luts.spi1d import Spi1d as Spi1d  # isort: skip
 from chartless.luts.resolve import Resolve as Resolve  # isort: skip
 from chartless.luts.cube import Cube as Cube  # isort: skip
+from chartless.luts.hugin import Hugin as Hugin  # isort: skip
 from chartless.luts.plain_csv import Csv as Csv  # isort: skip

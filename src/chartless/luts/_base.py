@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from chartless._registry import Registry
 from chartless.calibration import Calibration
-from chartless.errors import ParameterError
+from chartless.errors import CalibrationFileError, ParameterError
 from chartless.types import Floats32, JsonObject
 
 MOST_BYTES = 1 << 24
@@ -28,6 +28,8 @@ class Keeps:
     """Of the levels seen."""
     band: str = ""
     """Of the error."""
+    curves: str = ""
+    """What becomes of a curve that the format has no way to hold; empty if it holds any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,20 @@ class Source:
 
     path: Path
     content: bytes
+
+    @classmethod
+    def read(cls, path: Path) -> "Source":
+        """Read a file; raises CalibrationFileError if it cannot be read or is too large."""
+        try:
+            with path.open("rb") as file:
+                content = file.read(MOST_BYTES + 1)
+        except OSError as error:
+            msg = f"{path}: cannot be read: {error.strerror or error}"
+            raise CalibrationFileError(msg) from error
+        if len(content) > MOST_BYTES:
+            msg = f"{path}: is larger than any response curve: give the file that holds it alone"
+            raise CalibrationFileError(msg)
+        return cls(path, content)
 
     @property
     def text(self) -> str:
@@ -100,7 +116,8 @@ class AbstractFormat(ABC):
     tested_with: ClassVar[str]
     """Reader that the tests read our files with: a program, or "reference parser"."""
     precision: ClassVar[float]
-    """Largest error of irradiance, 0 … 1, of a curve that was written and read again."""
+    """Largest error of irradiance, 0 … 1, of a curve that was written and read again: of any, or
+    of those that the format holds, see `Keeps.curves`."""
     keeps: ClassVar[Keeps]
 
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:  # noqa: ARG002

@@ -11,7 +11,6 @@ from chartless.calibration import Calibration
 from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.luts._base import (
     FORMATS,
-    MOST_BYTES,
     AbstractFormat,
     Encoded,
     ExportSettings,
@@ -111,7 +110,7 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
     CalibrationFileError
         If the file cannot be read, is damaged or of no known format.
     """
-    source = _read(Path(path))
+    source = Source.read(Path(path))
     found = recognised(source) if name is None else FORMATS[name]
     if found is None:
         known = ", ".join(each.name for each in FORMATS.values() if each.is_read)
@@ -131,7 +130,7 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
 def is_foreign(path: str | os.PathLike[str]) -> bool:
     """Whether a format here recognises the file; False if it cannot be read."""
     try:
-        return recognised(_read(Path(path))) is not None
+        return recognised(Source.read(Path(path))) is not None
     except CalibrationFileError:
         return False
 
@@ -142,19 +141,6 @@ def recognised(source: Source) -> AbstractFormat | None:
         if each.is_read and each.recognises(source):
             return each
     return None
-
-
-def _read(path: Path) -> Source:
-    try:
-        with path.open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        msg = f"{path}: cannot be read: {error.strerror or error}"
-        raise CalibrationFileError(msg) from error
-    if len(content) > MOST_BYTES:
-        msg = f"{path}: is larger than any response curve: give the file that holds it alone"
-        raise CalibrationFileError(msg)
-    return Source(path, content)
 
 
 def _lost(each: AbstractFormat, calibration: Calibration, encoded: Encoded) -> str:
