@@ -343,3 +343,26 @@ def test_a_failure_of_the_plan_comes_before_pixels_are_read(
         calibrate(paths, times=[1, 2])
     with pytest.raises(ParameterError, match="debevec compares exposures"):
         calibrate(paths, method="debevec")
+
+
+@pytest.mark.parametrize("n_pixels", [30, 100, 500])
+def test_a_bracket_of_few_pixels_is_right_within_its_band(n_pixels: int) -> None:
+    """The end of the curve does not drift with their number, as that of others does."""
+    rng = np.random.default_rng(n_pixels)
+    scene, noise = np.exp(rng.uniform(-5, 0.3, (40, 50))), AffineNoise.from_8bit(0.03, 4)
+    exposures = [0.25, 0.5, 1.0]
+    shots = [
+        next(iter(simulate_frames(each * scene, named_curve("srgb"), noise, n_frames=1, seed=seed)))
+        for seed, each in enumerate(exposures)
+    ]
+    mask = np.zeros(scene.size, bool)
+    mask[rng.choice(mask.size, n_pixels, replace=False)] = True
+
+    found = calibrate(shots, times=exposures, mask=mask.reshape(scene.shape), n_levels=64)
+
+    (response,) = found.channels
+    truth = named_curve("srgb").inverse(np.linspace(0, 1, 64))
+    assert response.inverse_lut_std is not None
+    away = (response.inverse_lut - truth)[1:-1] / response.inverse_lut_std[1:-1]
+    assert np.mean(np.abs(away) < 2) > 0.9
+    assert np.abs(away[-16:]).max() < 2

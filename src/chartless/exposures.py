@@ -60,7 +60,7 @@ class BracketEvidence:
     checks: tuple[PairCheck, ...]
     """One for each exposure and the next, their levels brought together."""
     overlaps: tuple[float, ...]
-    """Share of pixels that are neither black nor white in an exposure and the next."""
+    """Share of usable pixels that are neither black nor white in an exposure and the next."""
     bit_depth: int
     """Of the frames as read."""
     sources: tuple[FrameSource, ...]
@@ -173,14 +173,13 @@ def bracket_evidence(
         tables = {name: _matched(rows, pairs) for name, rows in stacked.items()}
     if exposure_error == 0:
         tables = {name: _pooled(each, log_exposures) for name, each in tables.items()}
-    inner = [_inner(sample, n_levels) for sample in samples]
     return BracketEvidence(
         tables=tables,
         log_exposures=log_exposures,
         exposure_error=exposure_error,
         histograms=stacked,
         checks=tuple(checks),
-        overlaps=tuple(float(np.mean(a & b)) for a, b in pairwise(inner)),
+        overlaps=tuple(_overlap(one, other, n_levels) for one, other in pairwise(samples)),
         bit_depth=first.bit_depth,
         sources=tuple(sources),
     )
@@ -192,6 +191,11 @@ def _inner(sample: _Sample, n_levels: int) -> Bools:
     for levels in sample.levels.values():
         inner = inner & (levels > 0) & (levels < n_levels - 1)
     return inner
+
+
+def _overlap(one: _Sample, other: _Sample, n_levels: int) -> float:
+    both = np.count_nonzero(_inner(one, n_levels) & _inner(other, n_levels))
+    return both / max(np.count_nonzero(one.usable & other.usable), 1)
 
 
 def _guessed(samples: list[_Sample], n_levels: int) -> Floats:
