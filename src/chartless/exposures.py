@@ -194,8 +194,8 @@ def _inner(sample: _Sample, n_levels: int) -> Bools:
 
 
 def _overlap(one: _Sample, other: _Sample, n_levels: int) -> float:
-    both = np.count_nonzero(_inner(one, n_levels) & _inner(other, n_levels))
-    return both / max(np.count_nonzero(one.usable & other.usable), 1)
+    both = _inner(one, n_levels) & _inner(other, n_levels)
+    return float(both.sum() / max((one.usable & other.usable).sum(), 1))
 
 
 def _guessed(samples: list[_Sample], n_levels: int) -> Floats:
