@@ -54,6 +54,20 @@ def test_light_is_g_of_every_level(dtype: type, colour: Calibration) -> None:
     assert np.abs(light - brightness ** (1 / np.array([0.4, 0.5, 0.6]))).max() < 1e-6
 
 
+@pytest.mark.parametrize(("dtype", "white"), [(np.uint8, 219), (np.uint16, 4095)])
+def test_light_counts_levels_from_white(dtype: type, white: int, grey: Calibration) -> None:
+    levels = np.arange(white + 1, dtype=dtype).reshape(-1, 4)
+
+    light = grey.linearize(levels, white=white)
+
+    assert np.abs(light - (levels / white) ** 2).max() < 1e-6
+
+
+def test_levels_above_white_are_refused(grey: Calibration) -> None:
+    with pytest.raises(ParameterError, match="level 255 is above white, which is 219"):
+        grey.linearize(np.full((2, 2), 255, np.uint8), white=219)
+
+
 @pytest.mark.parametrize("shape", [(9, 7), (9, 7, 1), (9, 7, 3)])
 def test_one_curve_serves_every_channel(shape: tuple[int, ...], grey: Calibration) -> None:
     levels = levels_of(shape)

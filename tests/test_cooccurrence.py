@@ -180,7 +180,7 @@ def test_tables_of_different_levels_do_not_add():
 def test_levels_are_reduced_to_the_nearest(bit_depth: int, n_levels: int):
     top = 2**bit_depth - 1
 
-    table = level_table(bit_depth, n_levels)
+    table = level_table(2**bit_depth - 1, n_levels)
 
     expected = [floor(Fraction(k * (n_levels - 1), top) + Fraction(1, 2)) for k in range(top + 1)]
     assert np.array_equal(table, expected)
@@ -192,13 +192,13 @@ def test_levels_are_reduced_to_the_nearest(bit_depth: int, n_levels: int):
 def test_reduced_levels_keep_their_brightness(bit_depth: int, n_levels: int):
     brightness = np.arange(2**bit_depth) / (2**bit_depth - 1)
 
-    reduced = level_table(bit_depth, n_levels) / (n_levels - 1)
+    reduced = level_table(2**bit_depth - 1, n_levels) / (n_levels - 1)
 
     assert np.abs(reduced - brightness).max() <= 0.5 / (n_levels - 1) + 1e-15
 
 
 def test_all_levels_are_kept_where_none_need_to_be_lost():
-    assert np.array_equal(level_table(8, 256), np.arange(256))
+    assert np.array_equal(level_table(255, 256), np.arange(256))
 
 
 @pytest.mark.parametrize(
@@ -207,4 +207,4 @@ def test_all_levels_are_kept_where_none_need_to_be_lost():
 )
 def test_too_few_or_too_many_levels_are_refused(bit_depth: int, n_levels: int):
     with pytest.raises(ParameterError, match=f"not {n_levels}$"):
-        level_table(bit_depth, n_levels)
+        level_table(2**bit_depth - 1, n_levels)

@@ -96,7 +96,9 @@ def test_levels_of_deep_frames_are_reduced_as_those_of_the_lit_ones(n_levels: in
 
     histogram = dark_histograms([frame_of(levels)], ["Y"], "auto", n_levels)["Y"]
 
-    np.testing.assert_array_equal(histogram, counted(level_table(16, n_levels)[levels], n_levels))
+    np.testing.assert_array_equal(
+        histogram, counted(level_table(65535, n_levels)[levels], n_levels)
+    )
     assert histogram.shape == (n_levels,)
 
 
@@ -153,7 +155,7 @@ def test_a_frame_of_another_kind_is_refused_wherever_it_stands() -> None:
 @pytest.mark.parametrize("n_levels", [64, 256])
 def test_a_bright_frame_is_refused(n_levels: int) -> None:
     levels = np.random.default_rng(9).integers(90, 120, (60, 80, 3)).astype(np.uint8)
-    median = np.median(level_table(8, n_levels)[levels[..., 0]])
+    median = np.median(level_table(255, n_levels)[levels[..., 0]])
 
     with pytest.raises(UnfitFramesError) as error:
         dark_histograms([frame_of(levels, "day.png")], ["R", "G", "B"], "auto", n_levels)

@@ -223,7 +223,7 @@ def test_sixteen_bits_are_reduced_to_the_nearest_level(n_levels: int) -> None:
     ("bit_depth", "n_levels"), [(8, 16), (8, 100), (16, 256), (16, MAX_LEVELS - 1)]
 )
 def test_reduced_levels_keep_their_brightness(bit_depth: int, n_levels: int) -> None:
-    table = level_table(bit_depth, n_levels)
+    table = level_table(2**bit_depth - 1, n_levels)
     brightness = np.linspace(0, 1, 1 << bit_depth)
 
     assert (table[0], table[-1]) == (0, n_levels - 1)
@@ -248,6 +248,21 @@ def test_frames_are_not_changed() -> None:
     noise_evidence(frames, n_levels=32, channels="luma")
 
 
+@pytest.mark.parametrize(("white", "bits"), [(219, 8), (876, 10), (4095, 12), (15871, 14)])
+def test_brightness_is_counted_from_white(white: int, bits: int) -> None:
+    rng = np.random.default_rng(3)
+    first, second = rng.integers(0, white + 1, (2, 40, 50, 1), dtype=np.uint16)
+
+    evidence = noise_evidence(
+        [Frame(Path(name), each, white=white) for name, each in (("1", first), ("2", second))],
+        n_levels=64,
+    )
+
+    a, b = (np.floor(each.astype(int) * 63 / white + 0.5).astype(int) for each in (first, second))
+    assert np.array_equal(evidence.tables["Y"].counts, counted(a, b, 64))
+    assert evidence.bit_depth == bits
+
+
 # Refusals
 
 
@@ -256,6 +271,16 @@ def test_frames_are_not_changed() -> None:
 )
 def test_fewer_than_two_frames(frames: list[Frame], given: str) -> None:
     with pytest.raises(UnfitFramesError, match=f"two or more frames .* {given}"):
+        noise_evidence(frames)
+
+
+def test_frames_of_another_white_are_refused() -> None:
+    frames = [
+        Frame(Path(f"{white}.raw"), levels_of(white).astype(np.uint16), white=white)
+        for white in (15871, 16383)
+    ]
+
+    with pytest.raises(UnfitFramesError, match=r"white level: 15871\.raw has 15871, 16383\.raw"):
         noise_evidence(frames)
 
 

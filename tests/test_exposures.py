@@ -172,7 +172,7 @@ def test_a_frame_without_colours_is_grey() -> None:
 
 def test_sixteen_bits_are_reduced_first() -> None:
     deep = bracket(colourful(), top=65535)
-    reduce = level_table(16, 256)
+    reduce = level_table(65535, 256)
     shallow = [frame_of(reduce[frame.levels].astype(np.uint8)) for frame in deep]
 
     of_deep, of_shallow = (bracket_evidence(each, EXPOSURES) for each in (deep, shallow))

@@ -423,6 +423,16 @@ def test_white_may_lie_below_the_highest_level() -> None:
     )
 
 
+def test_levels_count_from_the_white_of_their_frames() -> None:
+    frames = [
+        replace(frame(each, np.uint16), white=4095) for each in ([[4000, 1500]], [[4095, 3000]])
+    ]
+
+    found = merge_frames(frames, (0.25, 1), camera())
+
+    assert found.values[0, 0, 0] == pytest.approx(4 * SRGB.inverse(4000 / 4095), rel=1e-3)
+
+
 def test_a_curve_that_reaches_its_end_early_says_where_white_is() -> None:
     lut = np.minimum(np.arange(256) / 240, 1.0) * (1 - 1e-9) + np.arange(256) / 255e9
     curve = SampledCurve.from_inverse(lut)

@@ -52,7 +52,7 @@ class Calibration:
             if (names := [each.name for each in self.channels if each.pattern is pattern])
         }
 
-    def linearize(self, levels: Levels) -> Floats32:
+    def linearize(self, levels: Levels, *, white: int | None = None) -> Floats32:
         """Irradiance of a picture: g of every level.
 
         Parameters
@@ -60,6 +60,9 @@ class Calibration:
         levels : ndarray of uint8 or uint16, shape (M, N) or (M, N, C)
             A picture of the same camera; its bit depth may be another. A calibration of
             luma applies to every channel.
+        white : int, optional
+            The level of brightness 1 (see `chartless.frame.Frame`), 4095 of 12 bits. Without, the
+            largest that the type of the levels holds.
 
         Returns
         -------
@@ -69,12 +72,17 @@ class Calibration:
         Raises
         ------
         ParameterError
-            If these are no levels, or the channels do not correspond.
+            If these are no levels, if one is above `white`, or the channels do not correspond.
         """
         if levels.dtype not in (np.uint8, np.uint16):
             msg = f"levels must be uint8 or uint16, not {levels.dtype}"
             raise ParameterError(msg)
-        brightness = np.linspace(0.0, 1.0, 1 << (8 * levels.dtype.itemsize))
+        if white is None:
+            white = int(np.iinfo(levels.dtype).max)
+        elif levels.size and levels.max() > white:
+            msg = f"level {levels.max()} is above white, which is {white}"
+            raise ParameterError(msg)
+        brightness = np.linspace(0.0, 1.0, white + 1)
         curves = self._curves_for(levels)
         planes = levels.reshape(-1, len(curves))
         irradiance = np.empty(planes.shape, dtype=np.float32)

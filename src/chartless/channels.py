@@ -47,7 +47,7 @@ def planes_of(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:
         planes = {"Y": luma}
     else:
         planes = {name: levels[..., c] for c, name in enumerate(frame.channel_names)}
-    reduce = level_table(frame.bit_depth, n_levels)
+    reduce = level_table(frame.white, n_levels)
     if reduce.size == n_levels:
         return planes
     return {name: reduce[plane] for name, plane in planes.items()}
@@ -75,6 +75,8 @@ def require_alike(first: Frame, other: Frame, *, one_exposure: bool = True) -> N
         what = "channels", f"{a.shape[2]}", f"{b.shape[2]}"
     elif first.bit_depth != other.bit_depth:
         what = "bit depth", f"{first.bit_depth} bits", f"{other.bit_depth} bits"
+    elif first.white != other.white:
+        what = "white level", f"{first.white}", f"{other.white}"
     elif one_exposure and _stops(first, other) > MOST_STOPS:
         what = "exposure", str(first.settings), str(other.settings)
     elif not one_exposure and None not in cameras and cameras[0] != cameras[1]:

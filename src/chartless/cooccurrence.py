@@ -185,37 +185,37 @@ def noise_level_function(counts: Counts | Floats) -> Floats:
     return np.where(pairs >= _FEWEST_PAIRS, deviation, np.nan)
 
 
-def level_table(bit_depth: int, n_levels: int) -> Levels:
+def level_table(white: int, n_levels: int) -> Levels:
     """Look-up table that reduces the levels of a file to `n_levels`.
 
-    The reduced level is the nearest on a uniform grid, ``round(level (L − 1)/(2^b − 1))``, so
+    The reduced level is the nearest on a uniform grid, ``round(level (L − 1)/white)``, so
     brightness level/(L − 1) keeps its meaning and the reduced level k stands for brightness
     (k ± ½)/(L − 1).
 
     Parameters
     ----------
-    bit_depth : int
-        b, 1 … 16.
+    white : int
+        Largest level of the file: 2^b − 1 of b bits.
     n_levels : int
-        L, between `MIN_LEVELS` and the smaller of 2^b and `MAX_LEVELS`.
+        L, between `MIN_LEVELS` and the smaller of white + 1 and `MAX_LEVELS`.
 
     Returns
     -------
-    ndarray of uint8 or uint16, shape (2^b,)
+    ndarray of uint8 or uint16, shape (white + 1,)
 
     Raises
     ------
     ParameterError
         If `n_levels` is out of range.
     """
-    size = 1 << bit_depth
+    size = white + 1
     if not MIN_LEVELS <= n_levels <= min(size, MAX_LEVELS):
         msg = (
             f"levels must lie between {MIN_LEVELS} and {min(size, MAX_LEVELS)} "
-            f"for {bit_depth}-bit frames, not {n_levels}"
+            f"for {white.bit_length()}-bit frames, not {n_levels}"
         )
         raise ParameterError(msg)
-    reduced = (np.arange(size, dtype=np.int64) * (n_levels - 1) * 2 + size - 1) // (2 * (size - 1))
+    reduced = (np.arange(size, dtype=np.int64) * (n_levels - 1) * 2 + white) // (2 * white)
     if n_levels <= 256:  # noqa: PLR2004 - a byte's values
         return reduced.astype(np.uint8)
     return reduced.astype(np.uint16)

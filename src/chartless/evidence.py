@@ -99,7 +99,7 @@ def noise_evidence(
                     "noise to read: give different shots of the scene"
                 )
                 raise UnfitFramesError(msg)
-            pairs, check = _compare(before[1], planes, n_levels, mask)
+            pairs, check = compare_pair(before[1], planes, n_levels, mask)
             for name, pair in pairs.items():
                 tables[name] = tables[name] + pair if name in tables else pair
             checks.append(check)
@@ -146,10 +146,25 @@ def joined(
     )
 
 
-def _compare(
+def compare_pair(
     first: dict[str, Levels], second: dict[str, Levels], n_levels: int, mask: Bools | None
 ) -> tuple[dict[str, Cooccurrence], PairCheck]:
-    """Tables of one pair of frames, a small drift of brightness undone, and what else it shows."""
+    """Compare the channels of two frames.
+
+    Parameters
+    ----------
+    first, second : dict of str to ndarray, shape (M, N)
+        See `chartless.channels.planes_of`.
+    n_levels : int
+    mask : ndarray of bool, shape (M, N), or None
+
+    Returns
+    -------
+    dict of str to Cooccurrence
+        Of each channel, a small drift of brightness undone.
+    PairCheck
+        What else the frames have in common.
+    """
     tables: dict[str, Cooccurrence] = {}
     drifts: dict[str, Drift | None] = {}
     middle = list(second)[len(second) // 2]

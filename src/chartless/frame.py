@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from chartless.types import Floats32, Levels
 
@@ -43,6 +46,8 @@ class FrameSource:
     """Digest of the file or, without one, of its levels."""
     remarks: tuple[str, ...]
     """Of reading it."""
+    span: tuple[int, int] | None = None
+    """Of a video the first and the last frame used, from 1; None of a picture."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +60,7 @@ class Frame:
         The file.
     levels : ndarray of uint8 or uint16, shape (height, width, channels), C-contiguous
         As stored: no colour conversion, no rotation. One channel (grey) or three (RGB).
+        From 0, which is black, to `white`, none above.
     settings : CameraSettings
         From EXIF.
     orientation : int
@@ -63,6 +69,9 @@ class Frame:
         What reading left out or chose, for the user: "dropped the alpha channel".
     sha256 : str
         Digest of the file, in hexadecimal digits; empty if there is none.
+    white : int
+        The level of brightness 1: 4095 of 12 bits, 219 of the luma of most videos. Without, the
+        largest that the type of the levels holds.
     """
 
     path: Path
@@ -71,11 +80,16 @@ class Frame:
     orientation: int = 1
     remarks: tuple[str, ...] = ()
     sha256: str = ""
+    white: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.white:
+            object.__setattr__(self, "white", int(np.iinfo(self.levels.dtype).max))
 
     @property
     def bit_depth(self) -> int:
-        """8 or 16: bits of a sample in the file, used or not."""
-        return 8 * self.levels.itemsize
+        """Bits that the levels need, 8 … 16."""
+        return self.white.bit_length()
 
     @property
     def source(self) -> FrameSource:
@@ -86,6 +100,14 @@ class Frame:
     def channel_names(self) -> tuple[str, ...]:
         """``("Y",)`` or ``("R", "G", "B")``."""
         return ("Y",) if self.levels.shape[2] == 1 else ("R", "G", "B")
+
+
+class TimedFrame(NamedTuple):
+    """A frame of a video."""
+
+    time: float | None
+    """Seconds from the start of the video; None if it does not tell."""
+    frame: Frame
 
 
 @dataclass(frozen=True, slots=True, eq=False)

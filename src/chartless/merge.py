@@ -277,7 +277,7 @@ class _Tables:
 
 
 def _tables(calibration: Calibration, frame: Frame, white: int | None) -> _Tables:
-    n_levels, n_channels = 1 << frame.bit_depth, frame.levels.shape[2]
+    n_levels, n_channels = frame.white + 1, frame.levels.shape[2]
     if white is not None and not 0 < white < n_levels:
         msg = f"white must be a level between 1 and {n_levels - 1}, not {white}"
         raise ParameterError(msg)

@@ -253,48 +253,59 @@ def screen(
     own = {name: _screen_table(name, table, covering) for name, table in tables.items()}
     common = _screen_frames(checks)
     return {
-        name: tuple(flag for flag in Flag if flag in {*common, *flags})
+        name: tuple(flag for flag in Flag if flag in common.union(flags))
         for name, flags in own.items()
     }
 
 
-def _screen_frames(checks: Sequence[PairCheck]) -> list[Flag]:
+def _screen_frames(checks: Sequence[PairCheck]) -> set[Flag]:
+    doubts: set[Flag] = set()
     for number, check in enumerate(checks, start=1):
-        pair = f"frames {number} and {number + 1}"
-        moved = check.displacement > _MOVED and check.displacement_share > SUSPICIOUS
-        if moved or check.displacement_share > GROSS:
-            msg = (
-                f"{pair} are displaced by about {check.displacement:.1f} pixels: the camera or "
-                "the scene moved; use a tripod and a self-timer"
-            )
+        reason = unfit(check)
+        if reason is not None:
+            msg = f"frames {number} and {number + 1}{reason}"
             raise UnfitFramesError(msg)
-        if check.drift > LARGE and check.drift_share > GROSS:
-            msg = (
-                f"{pair}: the brightness changed ({check.drift:.0%} of the levels): fix exposure "
-                "and white balance by hand and use steady light; of a bracket, give --times"
-            )
-            raise UnfitFramesError(msg)
-        if check.outliers > MOST_MOVERS:
-            msg = (
-                f"{pair}: {check.outliers:.0%} of the pixels changed far more than noise "
-                "explains: something moved; photograph a still scene"
-            )
-            raise UnfitFramesError(msg)
-        if check.patch_share > GROSS:
-            msg = (
-                f"{pair} differ in large patches ({check.patch_share:.0%} of their difference): "
-                "something moved or the light changed; photograph a still scene in steady light"
-            )
-            raise UnfitFramesError(msg)
+        doubts |= doubts_about(check)
+    return doubts
+
+
+def unfit(check: PairCheck) -> str | None:
+    """Why nothing can be learned from two frames, as the end of a sentence; None if it can."""
+    moved = check.displacement > _MOVED and check.displacement_share > SUSPICIOUS
+    if moved or check.displacement_share > GROSS:
+        return (
+            f" are displaced by about {check.displacement:.1f} pixels: the camera or "
+            "the scene moved; use a tripod and a self-timer"
+        )
+    if check.drift > LARGE and check.drift_share > GROSS:
+        return (
+            f": the brightness changed ({check.drift:.0%} of the levels): fix exposure "
+            "and white balance by hand and use steady light; of a bracket, give --times"
+        )
+    if check.outliers > MOST_MOVERS:
+        return (
+            f": {check.outliers:.0%} of the pixels changed far more than noise "
+            "explains: something moved; photograph a still scene"
+        )
+    if check.patch_share > GROSS:
+        return (
+            f" differ in large patches ({check.patch_share:.0%} of their difference): "
+            "something moved or the light changed; photograph a still scene in steady light"
+        )
+    return None
+
+
+def doubts_about(check: PairCheck) -> set[Flag]:
+    """Flags of two frames that are fit."""
     doubts = (
-        (Flag.MOTION, max(check.displacement_share for check in checks), SUSPICIOUS),
-        (Flag.STRUCTURED_DIFFERENCE, max(check.patch_share for check in checks), SUSPICIOUS),
-        (Flag.CORRELATED_NOISE, max(c.neighbour_correlation for c in checks), CORRELATED),
-        (Flag.CORRELATED_CHANNELS, max(c.channel_correlation for c in checks), CORRELATED),
-        (Flag.BRIGHTNESS_DRIFT, max(c.drift_share for c in checks), DRIFTING),
-        (Flag.MOVERS, max(c.outliers for c in checks), SOME_MOVERS),
+        (Flag.MOTION, check.displacement_share, SUSPICIOUS),
+        (Flag.STRUCTURED_DIFFERENCE, check.patch_share, SUSPICIOUS),
+        (Flag.CORRELATED_NOISE, check.neighbour_correlation, CORRELATED),
+        (Flag.CORRELATED_CHANNELS, check.channel_correlation, CORRELATED),
+        (Flag.BRIGHTNESS_DRIFT, check.drift_share, DRIFTING),
+        (Flag.MOVERS, check.outliers, SOME_MOVERS),
     )
-    return [flag for flag, measured, limit in doubts if measured > limit]
+    return {flag for flag, measured, limit in doubts if measured > limit}
 
 
 def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:  # noqa: FBT001

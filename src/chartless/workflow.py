@@ -6,11 +6,12 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial, reduce
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -29,12 +30,14 @@ from chartless.models import MODELS
 from chartless.plan import Plan, Times, planned
 from chartless.response import Response, rmse
 from chartless.screening import screen
+from chartless.still import ENOUGH, still_evidence
 from chartless.types import JsonObject, Levels
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
 _LINEAR = 0.01  # RMSE from a straight line
+_LEVELS = 256  # to which frames are reduced unless asked
 _THREADS = 2  # threads; decoders let others run, and so do large arrays
 DEFAULT_METHOD = "likelihood"
 
@@ -45,7 +48,7 @@ def calibrate(
     model: str | None = None,
     method: str = DEFAULT_METHOD,
     channels: str = "auto",
-    n_levels: int = 256,
+    n_levels: int | None = None,
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
     dark: Sequence[str | os.PathLike[str] | Levels] = (),
     shared_noise: bool = False,
@@ -69,15 +72,17 @@ def calibrate(
     frames : sequence of paths or of ndarray of uint8 or uint16
         Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files are
         read in order; two are in memory at a time, and two more that are decoded ahead.
+        Or one video, of which the longest still part is used (see `chartless.still`).
     model : str, optional
         Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
         curve at all (likelihood, nlf) or ameegc2-exact (ism-bin, ism-sampled).
     method : str
         A name in `chartless.CALIBRATORS`.
     channels : str
-        "auto" (those of the frames), "rgb" or "luma".
-    n_levels : int
-        Levels are reduced to this many before they are counted.
+        "auto" (those of the frames, luma of a video), "rgb" or "luma".
+    n_levels : int, optional
+        Levels are reduced to this many before they are counted. Without, 256 or as many as there
+        are, 220 in most videos.
     mask : path or ndarray of bool, shape (M, N), optional
         Pixels to use: True, or not black in the picture.
     dark : sequence of paths or of ndarray
@@ -139,6 +144,8 @@ def calibrate(
         msg = f"channels share noise where frames are of one exposure, and this is {plan.reason}: "
         msg += "leave --shared-noise away"
         raise ParameterError(msg)
+    if n_levels is None:
+        n_levels = _default_levels(frames, channels)
     read = _read(
         frames,
         plan,
@@ -149,7 +156,7 @@ def calibrate(
         bracket={"aligned": aligned, "bloom_radius": bloom_radius},
     )
     noise, bracket, names = read.noise, read.bracket, list(read.flags)
-    dark_levels = dark_histograms(_frames(dark), names, channels, n_levels)
+    dark_levels = dark_histograms(_dark_frames(dark, channels), names, channels, n_levels)
 
     def estimate(place: int, name: str) -> Response:
         def channel_progress(share: float) -> None:
@@ -188,9 +195,7 @@ def calibrate(
         provenance={
             "chartless": __version__,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
-            "inputs": [
-                {"file": str(source.path), "sha256": source.sha256} for source in read.sources
-            ],
+            "inputs": [_input(source) for source in read.sources],
             "settings": {
                 "method": method,
                 "model": calibrator.family,
@@ -209,6 +214,12 @@ def calibrate(
             ],
         },
     )
+
+
+def _input(source: FrameSource) -> JsonObject:
+    """Provenance of a file."""
+    span = {} if source.span is None else {"frames": list(source.span)}
+    return {"file": str(source.path), "sha256": source.sha256, **span}
 
 
 def _calibrator(method: str, model: str | None, settings: JsonObject) -> AbstractCalibrator:
@@ -253,6 +264,7 @@ def _plan(
 ) -> Plan:
     """What to read from the frames, of that what the method takes."""
     _require_different(items)
+    _require_alone(items)
     names = [
         Path(f"frame {number}") if isinstance(item, np.ndarray) else Path(item)
         for number, item in enumerate(items, start=1)
@@ -273,7 +285,7 @@ def _plan(
 
 
 def _settings(item: str | os.PathLike[str] | Levels) -> CameraSettings:
-    if isinstance(item, np.ndarray):
+    if isinstance(item, np.ndarray) or _is_video(item):
         return CameraSettings()
     from chartless.images import read_settings
 
@@ -353,8 +365,17 @@ def _noise(
         if progress is not None:
             progress("reading frames", done / total)
 
+    places = itertools.count(1)
+    if _is_video(items[0]):
+        if jobs > 1 or scheduler is not None:
+            msg = (
+                f"{items[0]} is a video, which one process reads: leave --jobs and --scheduler away"
+            )
+            raise ParameterError(msg)
+        return _noise_of_video(
+            Path(items[0]), lambda _: on_part(min(next(places), ENOUGH), ENOUGH), settings
+        )
     if jobs == 1 and scheduler is None:
-        places = itertools.count(1)
         return noise_evidence(
             _frames(items), on_frame=lambda _: on_part(next(places), len(items)), **settings
         )
@@ -367,6 +388,41 @@ def _noise(
     return noise_evidence_of_files(
         paths, jobs=jobs, scheduler=scheduler, on_chunk=on_part, **settings
     )
+
+
+def _noise_of_video(
+    path: Path, on_frame: Callable[[Frame], None], settings: dict[str, Any]
+) -> NoiseEvidence:
+    from chartless.images import digest, read_video
+
+    sha256 = digest(path) if path.is_file() else ""  # a webcam has none
+    with closing(read_video(path, colour=settings["channels"] == "rgb")) as video:
+        return still_evidence(video, sha256=sha256, on_frame=on_frame, **settings)
+
+
+def _is_video(item: str | os.PathLike[str] | Levels) -> TypeGuard[str | os.PathLike[str]]:
+    if isinstance(item, np.ndarray):
+        return False
+    from chartless.images import is_video
+
+    return is_video(item)
+
+
+def _default_levels(items: Sequence[str | os.PathLike[str] | Levels], channels: str) -> int:
+    """As many levels as a video has, if these are less than usual."""
+    if not _is_video(items[0]):
+        return _LEVELS
+    from chartless.images import read_video
+
+    with closing(read_video(items[0], colour=channels == "rgb")) as video:
+        return min(_LEVELS, next(video).frame.white + 1)
+
+
+def _require_alone(items: Sequence[str | os.PathLike[str] | Levels]) -> None:
+    for item in items:
+        if _is_video(item) and len(items) > 1:
+            msg = f"{item} is a video, whose frames are compared with each other: give it alone"
+            raise ParameterError(msg)
 
 
 def _require_different(items: Sequence[str | os.PathLike[str] | Levels]) -> None:
@@ -406,6 +462,21 @@ def _frames(items: Sequence[str | os.PathLike[str] | Levels]) -> Iterator[Frame]
         finally:
             for each in waiting:
                 each.cancel()
+
+
+def _dark_frames(
+    items: Sequence[str | os.PathLike[str] | Levels], channels: str
+) -> Iterator[Frame]:
+    """Frames of pictures and videos, of these not more than are used of a still scene."""
+    for are_videos, alike in itertools.groupby(items, _is_video):
+        if not are_videos:
+            yield from _frames(list(alike))
+            continue
+        from chartless.images import read_video
+
+        for item in filter(_is_video, alike):
+            with closing(read_video(item, colour=channels == "rgb")) as video:
+                yield from (frame for _, frame in itertools.islice(video, ENOUGH))
 
 
 def _array_frame(levels: Levels, number: int) -> Frame:

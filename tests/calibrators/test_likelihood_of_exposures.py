@@ -83,7 +83,7 @@ def bracket(
 
 @cache
 def repeats(name: str, n_levels: int = 256) -> Cooccurrence:
-    reduce = level_table(8, n_levels)
+    reduce = level_table(255, n_levels)
     first, second = (reduce[shot.levels] for shot in shots(CURVES[name], (4.0, 4.0), seed=17))
     return Cooccurrence.of_pair(first, second, n_levels=n_levels)
 

@@ -534,7 +534,7 @@ def test_a_dark_frame_of_two_megapixels_does_no_harm() -> None:
     ],
 )
 def test_fewer_levels_than_the_file_has_are_no_misfit(n_levels: int, bit_depth: int) -> None:
-    reduce = level_table(bit_depth, n_levels)
+    reduce = level_table(2**bit_depth - 1, n_levels)
     frames = simulate_frames(scene(900, 1200), CURVES["srgb"], NOISE, bit_depth=bit_depth, seed=1)
     table = Cooccurrence.of_pair(*(reduce[frame] for frame in frames), n_levels=n_levels)
 

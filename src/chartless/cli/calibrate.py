@@ -1,7 +1,7 @@
 """``chartless calibrate``: frames of a still scene → calibration."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,16 +16,26 @@ from chartless.cli._terminal import (
 )
 from chartless.errors import ParameterError
 
+if TYPE_CHECKING:
+    from chartless.types import JsonObject
+
 
 def _search(text: str) -> Any:  # noqa: ANN401 - what Typer returns
     return typer.Option(help=text, show_default=False)
+
+
+def _count(source: "JsonObject") -> int:
+    """Frames of an input: those used of a video, else one."""
+    first, last = source.get("frames", (1, 1))
+    return int(last - first + 1)
 
 
 def calibrate(
     frames: Annotated[
         list[Path],
         typer.Argument(
-            help="Two or more pictures of one still scene, of one exposure or of several.",
+            help="Two or more pictures of one still scene, of one exposure or of several; patterns "
+            "such as 'shots/*.png' or 'frame_%04d.png'; or one video.",
             show_default=False,
         ),
     ],
@@ -53,8 +63,16 @@ def calibrate(
             "(image similarity); of exposures debevec, mitsunaga, robertson."
         ),
     ] = "likelihood",
-    channels: Annotated[str, typer.Option(help="auto (as in the file), rgb or luma.")] = "auto",
-    levels: Annotated[int, typer.Option(help="Reduce the frames to this many levels.")] = 256,
+    channels: Annotated[
+        str, typer.Option(help="auto (as in the file, luma of a video), rgb or luma.")
+    ] = "auto",
+    levels: Annotated[
+        int | None,
+        typer.Option(
+            help="Reduce the frames to this many levels [256, or as many as there are].",
+            show_default=False,
+        ),
+    ] = None,
     mask: Annotated[
         Path | None, typer.Option(help="Picture that is black where pixels are to be left out.")
     ] = None,
@@ -145,11 +163,14 @@ def calibrate(
         chartless calibrate bracket/*.jpg -o camera.json
         chartless calibrate dark.png middle.png bright.png --times 1,4,16
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
+        chartless calibrate clip.mp4 -o camera.json
     """
     from chartless._files import require_writable
     from chartless.calibration_file import save, to_json
+    from chartless.sequence import expanded
     from chartless.workflow import calibrate as calibrate_camera
 
+    frames = expanded(frames)
     given: dict[str, Any] = {
         "rounds": rounds,
         "iterations": iterations,
@@ -173,7 +194,7 @@ def calibrate(
             channels=channels,
             n_levels=levels,
             mask=mask,
-            dark=dark or (),
+            dark=expanded(dark or ()),
             shared_noise=shared_noise,
             evidence=evidence,
             times=None if times is None else parse_times(times),
@@ -195,5 +216,6 @@ def calibrate(
     else:
         print_exposures(calibration)
         print_summary(calibration)
-        print(f"\ncalibration of {len(frames)} frames written to {target}")
+        n_frames = sum(_count(each) for each in calibration.provenance["inputs"])
+        print(f"\ncalibration of {n_frames} frames written to {target}")
     return FLAGGED if strict and calibration.flags else 0

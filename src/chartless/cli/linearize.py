@@ -1,13 +1,20 @@
 """``chartless linearize``: pictures → light, or back."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from chartless.cli._options import load_calibration
-from chartless.cli._terminal import progress_bar, remark
+from chartless.cli._terminal import naming, progress_bar, remark
 from chartless.errors import ParameterError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from chartless.calibration import Calibration
+    from chartless.frame import Frame, Picture
+    from chartless.types import Floats32
 
 
 def linearize(
@@ -18,14 +25,18 @@ def linearize(
         ),
     ],
     images: Annotated[
-        list[Path], typer.Argument(help="Pictures of this camera.", show_default=False)
+        list[Path],
+        typer.Argument(
+            help="Pictures of this camera, patterns such as 'shots/*.png', or videos.",
+            show_default=False,
+        ),
     ],
     output: Annotated[
         Path,
         typer.Option(
             "--output",
             "-o",
-            help="File, or an existing folder for several pictures.",
+            help="File, or an existing folder for several pictures or a video.",
             show_default=False,
         ),
     ],
@@ -38,42 +49,73 @@ def linearize(
 ) -> None:
     """Make IMAGES linear in light: apply the inverse response.
 
-    EXR and TIFF files get floating point, PNG files 16 bits.
+    EXR and TIFF files get floating point, PNG files 16 bits. The frames of a video are numbered
+    files, of red, green and blue where it has colour.
 
     \b
     Example:
         chartless linearize camera.json a.jpg -o linear.exr
         chartless linearize camera.json *.jpg -o linear/ --format tif
+        chartless linearize camera.json clip.mp4 -o linear/
     """
-    from chartless.frame import Frame
-    from chartless.images import read_frame, read_values, write_image
+    from chartless.images import is_video, write_image
+    from chartless.sequence import expanded
 
+    images = expanded(images)
     loaded = load_calibration(calibration)
     targets = _targets(images, output, suffix.lstrip("."))
     with progress_bar() as progress:
         for number, (image, target) in enumerate(zip(images, targets, strict=True)):
-            if progress is not None:
-                progress(f"{image.name}", number / len(images))
-            picture = read_values(image) if inverse else read_frame(image)
-            try:
-                if isinstance(picture, Frame):
-                    values = loaded.linearize(picture.levels)
-                else:
-                    values = loaded.delinearize(picture.values)
-            except ParameterError as error:
-                msg = f"{image}: {error}"
-                raise ParameterError(msg) from error
-            write_image(target, values, orientation=picture.orientation, linear=not inverse)
-            for text in picture.remarks:
+            remarks: dict[str, None] = {}
+            for place, picture in enumerate(_pictures(image, inverse), start=1):
+                if progress is not None:
+                    progress(f"{image.name} {place}", number / len(images))
+                write_image(
+                    _numbered(target, f"{place:06d}") if is_video(image) else target,
+                    _applied(loaded, image, picture),
+                    orientation=picture.orientation,
+                    linear=not inverse,
+                )
+                remarks |= dict.fromkeys(picture.remarks)
+            for text in remarks:
                 remark(f"{image}: {text}")
-    for target in targets:
-        print(target)
+    for image, target in zip(images, targets, strict=True):
+        print(_numbered(target, "%06d") if is_video(image) else target)
+
+
+def _pictures(image: Path, inverse: bool) -> "Iterator[Frame | Picture]":
+    """Frames of a video, one by one, or the picture."""
+    from chartless.images import is_video, read_frame, read_values, read_video
+
+    if not is_video(image):
+        yield read_values(image) if inverse else read_frame(image)
+        return
+    if inverse or not image.is_file():
+        msg = f"{image}: only recorded videos are linearised, and none is made nonlinear"
+        raise ParameterError(msg)
+    yield from (frame for _, frame in read_video(image, colour=True))
+
+
+def _applied(calibration: "Calibration", image: Path, picture: "Frame | Picture") -> "Floats32":
+    from chartless.frame import Frame
+
+    with naming(image):
+        if isinstance(picture, Frame):
+            return calibration.linearize(picture.levels, white=picture.white)
+        return calibration.delinearize(picture.values)
+
+
+def _numbered(target: Path, number: str) -> Path:
+    return target.with_stem(f"{target.stem}_{number}")
 
 
 def _targets(images: list[Path], output: Path, suffix: str) -> list[Path]:
+    from chartless.images import is_video
+
     if not output.is_dir():
-        if len(images) > 1:
-            msg = f"{output} is no folder, and {len(images)} pictures need one: create it first"
+        several = f"{len(images)} pictures need" if len(images) > 1 else "a video needs"
+        if len(images) > 1 or is_video(images[0]):
+            msg = f"{output} is no folder, and {several} one: create it first"
             raise ParameterError(msg)
         targets = [output]
     else:

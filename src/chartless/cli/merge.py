@@ -22,7 +22,8 @@ def merge(
     frames: Annotated[
         list[Path],
         typer.Argument(
-            help="Two or more exposures of one still scene; one may be repeated.",
+            help="Two or more exposures of one still scene, or a pattern such as 'shots/*.jpg'; "
+            "one may be repeated.",
             show_default=False,
         ),
     ],
@@ -79,7 +80,9 @@ def merge(
     from chartless._files import require_writable
     from chartless.images import read_settings, stored_type, write_image
     from chartless.merge import merge_frames
+    from chartless.sequence import expanded
 
+    frames = expanded(frames)
     stored_type(output, "float")
     require_writable(output)
     _require_different(frames, output, calibration)

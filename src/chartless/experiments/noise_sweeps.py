@@ -187,4 +187,4 @@ def _stored(levels: Levels, camera: Camera) -> Levels:
     """Levels as they come back from a file, reduced to 256, as `chartless.calibrate` does."""
     if camera.quality is not None:
         levels = through_jpeg(levels.astype(np.uint8), camera.quality)
-    return level_table(camera.bits, N_BINS)[levels]
+    return level_table((1 << camera.bits) - 1, N_BINS)[levels]

@@ -7,7 +7,7 @@ time that decoding takes.
 References
 ----------
 .. [1] W3C (2003), "Portable Network Graphics (PNG) Specification", second edition, sections
-   5.3 (chunks), 11.2.2 (IHDR); acTL is section 11.3.6 of the third edition (2025).
+   5.3 (chunks), 11.2.2 (IHDR), 11.3.3.4 (sBIT); acTL is section 11.3.6 of the third edition (2025).
 """
 
 import mmap
@@ -21,7 +21,7 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHUNK = Struct(">I4s")
 _HEADER = Struct(">IIBB")
 _CHECKSUM = Struct(">I")
-_PALETTE = 3
+_PALETTE, _WITH_ALPHA = 3, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,8 @@ class PngHeader:
     bit_depth: int
     colour_type: int
     animated: bool
+    significant_bits: int | None = None
+    """Most that a colour has by the chunk sBIT; None without one."""
 
     @property
     def has_palette(self) -> bool:
@@ -51,7 +53,7 @@ def read_png_header(path: Path) -> PngHeader | None:
 
 
 def _walk(view: memoryview) -> PngHeader | None:
-    header, animated = b"", False
+    header, animated, significant = b"", False, b""
     start = len(SIGNATURE)
     while start + 12 <= len(view):
         length, kind = _CHUNK.unpack_from(view, start)
@@ -63,10 +65,14 @@ def _walk(view: memoryview) -> PngHeader | None:
         if kind == b"IHDR" and length >= _HEADER.size:
             header = bytes(view[start + 8 : end])
         animated |= kind == b"acTL"
+        if kind == b"sBIT":
+            significant = bytes(view[start + 8 : end])
         if kind == b"IEND":
             if not header:
                 return None
             width, height, bit_depth, colour_type = _HEADER.unpack_from(header)
-            return PngHeader(width, height, bit_depth, colour_type, animated)
+            colours = significant[:-1] if colour_type & _WITH_ALPHA else significant
+            bits = max(colours, default=None)
+            return PngHeader(width, height, bit_depth, colour_type, animated, bits)
         start = end + 4
     return None

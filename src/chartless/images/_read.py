@@ -2,7 +2,7 @@
 
 OpenImageIO decodes. It also helps where calibration must not be helped: it expands palettes,
 stretches 10 bits to 16, converts CMYK, multiplies colours by alpha and fills in the missing
-part of a JPEG. Each of these is refused here, or switched off.
+part of a JPEG. Each of these is refused here, switched off or undone.
 """
 
 import hashlib
@@ -10,19 +10,23 @@ import math
 import os
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 
 from chartless.errors import ImageError
 from chartless.frame import CameraSettings, Frame, Picture
+from chartless.images._depth import FEWEST_BITS, MOST_BITS, narrowed, significant_bits
 from chartless.images._png import SIGNATURE as PNG_SIGNATURE
 from chartless.images._png import PngHeader, read_png_header
+from chartless.types import Levels
 
 MAX_PIXELS = 1 << 30
 """No camera makes more; a header that claims more is damaged or hostile."""
 
-_FORMATS = ("png", "tiff", "jpeg", "bmp", "pnm", "webp", "jpeg2000")
+_FORMATS = ("png", "tiff", "jpeg", "bmp", "pnm", "webp", "jpeg2000", "openexr")
 _MAGIC = (
     PNG_SIGNATURE,
     b"\xff\xd8\xff",  # JPEG
@@ -33,6 +37,7 @@ _MAGIC = (
     b"BM",
     b"RIFF",  # WebP
     b"\0\0\0\x0cjP  ",  # JPEG 2000
+    b"v/1\x01",  # OpenEXR
 )
 _RAW_SUFFIXES = (
     *(".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dng", ".erf", ".iiq", ".kdc", ".mrw"),
@@ -40,6 +45,9 @@ _RAW_SUFFIXES = (
 )
 _FLOATS = (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
 _MOST_STOPS, _SAME_SHUTTER = 64, 0.12  # stops; 1/30 s and 1/32 s are 0.09 apart
+_WIDENED = (10, 12, 14)
+"""Bits of a TIFF file that OpenImageIO scales to 16."""
+_PHOTOMETRY = "tiff:PhotometricInterpretation"
 _WHITE_IS_ZERO, _PALETTE = 0, 3
 _PHOTOMETRIC = (_WHITE_IS_ZERO, 1, 2, 6)  # TIFF: grey, grey, RGB, YCbCr
 _PNM_HEADER = re.compile(rb"P[2356](?:\s+(?:#[^\n]*\n\s*)*(\d+)){3}\s")
@@ -47,23 +55,25 @@ _TOO_LARGE = re.compile(r"limit|may not exceed|header claims")
 
 
 def read_frame(path: str | os.PathLike[str]) -> Frame:
-    """Read the levels of an 8- or 16-bit picture as they are stored.
+    """Read the levels of a picture of 8 to 16 bits as they are stored.
 
     Parameters
     ----------
     path : path-like
-        A PNG, TIFF, JPEG, BMP, PNM, WebP or JPEG 2000 file, recognised by its content.
+        A PNG, TIFF, JPEG, BMP, PNM, WebP, JPEG 2000 or integer EXR file, recognised by its
+        content.
 
     Returns
     -------
     Frame
-        Of several pages the first; without alpha; `Frame.remarks` says so.
+        Of several pages the first; without alpha; of the bits that the levels have, not of
+        those that the file has room for. `Frame.remarks` says so.
 
     Raises
     ------
     ImageError
-        If the file is missing, unreadable, damaged or cut short, or holds anything but 8- or
-        16-bit grey or RGB levels.
+        If the file is missing, unreadable, damaged or cut short, or holds anything but grey or
+        RGB levels of 8 to 16 bits.
     """
     path = Path(path)
     head = _read_head(path)
@@ -73,18 +83,49 @@ def read_frame(path: str | os.PathLike[str]) -> Frame:
     _refuse_unfit(path, source.format_name(), spec, head)
 
     n_channels = 1 if spec.nchannels <= 2 else 3  # noqa: PLR2004 - grey and alpha
-    levels = source.read_image(0, 0, 0, n_channels, "unknown")  # "unknown": as stored
+    samples = source.read_image(0, 0, 0, n_channels, "unknown")  # "unknown": as stored
     reason = source.geterror()
-    if levels is None or reason:  # a short JPEG has levels, and a reason to distrust them
+    if samples is None or reason:  # a short JPEG has levels, and a reason to distrust them
         raise _damaged(path) from OSError(reason)
+    remarks = _remarks(source, spec, png)
+    stored = _stored_bits(source.format_name(), spec, head)
+    noted = stored if stored < 8 * samples.itemsize else None
+    levels, white = _levels(path, samples, noted if png is None else png.significant_bits)
+    if white.bit_length() != stored:
+        remarks.append(f"read {white.bit_length()} bits of samples that have room for {stored}")
+    if samples.itemsize > 1 and spec.get_int_attribute(_PHOTOMETRY, 1) == _WHITE_IS_ZERO:
+        levels = white - levels  # OpenImageIO inverts 8 bits alone
     return Frame(
         path=path,
         levels=levels,
         settings=_settings(spec),
         orientation=_orientation(spec),
-        remarks=tuple(_remarks(source, spec, png)),
-        sha256=_digest(path),
+        remarks=tuple(remarks),
+        sha256=digest(path),
+        white=white,
     )
+
+
+def _stored_bits(file_format: str, spec: oiio.ImageSpec, head: bytes) -> int:
+    """Bits of a sample in the file."""
+    if file_format == "pnm":
+        return _pnm_maximum(head).bit_length()
+    bits: int = spec.get_int_attribute("oiio:BitsPerSample", 8 * spec.format.size())
+    return bits
+
+
+def _levels(path: Path, samples: npt.NDArray[Any], noted: int | None) -> tuple[Levels, int]:
+    """Levels of as many bits as they have, and white."""
+    bits = 8 * samples.itemsize
+    if bits > FEWEST_BITS:
+        bits = significant_bits(samples, noted)
+    if bits <= MOST_BITS:
+        levels = samples if bits == 8 * samples.itemsize else narrowed(samples, bits)
+        return levels, (1 << bits) - 1
+    if samples.max() >> MOST_BITS:
+        msg = f"holds levels of {bits} bits: convert it to 8 or 16 bits"
+        raise ImageError(str(path), msg)
+    return _levels(path, samples.astype(np.uint16), noted)
 
 
 def read_settings(path: str | os.PathLike[str]) -> CameraSettings:
@@ -121,7 +162,7 @@ def read_values(path: str | os.PathLike[str]) -> Picture:
     source = None if head.startswith(PNG_SIGNATURE) else _open(path, head)
     if source is None or source.spec().format.basetype not in _FLOATS:
         frame = read_frame(path)
-        values = frame.levels.astype(np.float32) / np.float32((1 << frame.bit_depth) - 1)
+        values = frame.levels.astype(np.float32) / np.float32(frame.white)
         return Picture(values, frame.orientation, frame.remarks)
     spec = source.spec()
     _refuse_size(path, spec.width, spec.height)
@@ -138,6 +179,18 @@ def read_values(path: str | os.PathLike[str]) -> Picture:
 
 def _read_head(path: Path) -> bytes:
     """Return the first bytes of the file; refuse what cannot be a picture at all."""
+    head = require_file(path)
+    if path.suffix.lower() in _RAW_SUFFIXES:  # the TIFF reader would return the thumbnail
+        msg = (
+            "is a raw file, whose levels are linear already; "
+            "calibrate from the camera's JPEG, PNG or TIFF files"
+        )
+        raise ImageError(str(path), msg)
+    return head
+
+
+def require_file(path: Path) -> bytes:
+    """Return the first bytes of a file; refuse what is none, is empty or cannot be read."""
     try:
         is_folder, size = path.is_dir(), path.stat().st_size
         head = b"" if is_folder or not size else _first_bytes(path)
@@ -159,12 +212,6 @@ def _read_head(path: Path) -> bytes:
         raise ImageError(str(path), msg)
     if not size:
         msg = "is empty: copy it again from the camera or card"
-        raise ImageError(str(path), msg)
-    if path.suffix.lower() in _RAW_SUFFIXES:  # the TIFF reader would return the thumbnail
-        msg = (
-            "is a raw file, whose levels are linear already; "
-            "calibrate from the camera's JPEG, PNG or TIFF files"
-        )
         raise ImageError(str(path), msg)
     return head
 
@@ -194,6 +241,9 @@ def _open(path: Path, head: bytes) -> oiio.ImageInput:
     reason = oiio.geterror()  # unread, it would be printed at exit
     if _TOO_LARGE.search(reason):
         raise _too_large(path) from OSError(reason)
+    if "bits per sample" in reason:
+        msg = "stores samples of bits that are not read: convert it to 8 or 16 bits"
+        raise ImageError(str(path), msg) from OSError(reason)
     if head.startswith(_MAGIC):
         raise _damaged(path) from OSError(reason)
     msg = "is not a picture in a known format: use PNG, TIFF or JPEG files"
@@ -214,11 +264,12 @@ def _refuse_unfit(path: Path, file_format: str, spec: oiio.ImageSpec, head: byte
         raise ImageError(str(path), msg)
     _refuse_size(path, spec.width, spec.height)
     _refuse_hidden_depth(path, file_format, spec, head)
-    if spec.format.basetype not in (oiio.UINT8, oiio.UINT16):
+    deep = file_format == "openexr" and spec.format.basetype == oiio.UINT32
+    if spec.format.basetype not in (oiio.UINT8, oiio.UINT16) and not deep:
         msg = f"holds {spec.format} samples: convert it to unsigned 8 or 16 bits"
         raise ImageError(str(path), msg)
     colours = spec.get_string_attribute("jpeg:ColorSpace")
-    if spec.get_int_attribute("tiff:PhotometricInterpretation", 1) not in _PHOTOMETRIC:
+    if spec.get_int_attribute(_PHOTOMETRY, 1) not in _PHOTOMETRIC:
         colours = spec.get_string_attribute("tiff:ColorSpace") or "something else"
     if colours:
         msg = f"stores its colours as {colours}: calibrate from the camera's own RGB or grey files"
@@ -229,8 +280,8 @@ def _refuse_unfit(path: Path, file_format: str, spec: oiio.ImageSpec, head: byte
 
 
 def _refuse_hidden_depth(path: Path, file_format: str, spec: oiio.ImageSpec, head: bytes) -> None:
-    """Refuse samples that OpenImageIO has widened or looked up."""
-    if spec.get_int_attribute("tiff:PhotometricInterpretation", -1) == _PALETTE:
+    """Refuse samples that OpenImageIO has looked up, or widened in a way we do not undo."""
+    if spec.get_int_attribute(_PHOTOMETRY, -1) == _PALETTE:
         raise _palette(path)
     bits_per_pixel = spec.get_int_attribute("bmp:bitsperpixel", 24)
     if bits_per_pixel == 16:  # noqa: PLR2004
@@ -238,12 +289,19 @@ def _refuse_hidden_depth(path: Path, file_format: str, spec: oiio.ImageSpec, hea
     elif bits_per_pixel < 8 or (bits_per_pixel == 8 and spec.nchannels > 1):  # noqa: PLR2004
         raise _palette(path)
     container = 8 * spec.format.size()
-    _refuse_depth(path, spec.get_int_attribute("oiio:BitsPerSample", container), (container,))
+    stored = spec.get_int_attribute("oiio:BitsPerSample", container)
+    _refuse_depth(path, stored, (container, *(_WIDENED if file_format == "tiff" else ())))
     if file_format == "pnm":
-        maximum = _PNM_HEADER.match(head)
-        if maximum is None or int(maximum[1]) != (1 << container) - 1:
-            msg = "counts its levels to other than 255 or 65535: convert it to 8 or 16 bits"
+        maximum = _pnm_maximum(head)
+        if maximum < 255 or maximum & (maximum + 1):  # noqa: PLR2004 - 8 bits
+            msg = f"counts its levels to {maximum}, not to 2^b − 1: convert it to 8 or 16 bits"
             raise ImageError(str(path), msg)
+
+
+def _pnm_maximum(head: bytes) -> int:
+    """Level of white by the header; 0 if that is odd."""
+    found = _PNM_HEADER.match(head)
+    return int(found[1]) if found else 0
 
 
 def _refuse_depth(path: Path, bits: int, allowed: tuple[int, ...] = (8, 16)) -> None:
@@ -276,7 +334,7 @@ def _remarks(source: oiio.ImageInput, spec: oiio.ImageSpec, png: PngHeader | Non
     remarks = []
     if spec.nchannels in (2, 4):
         remarks.append(_alpha_remark(source.format_name(), spec))
-    if spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == _WHITE_IS_ZERO:
+    if spec.get_int_attribute(_PHOTOMETRY, 1) == _WHITE_IS_ZERO:
         remarks.append("inverted the levels: the file stores white as 0")
     if png.animated if png else source.seek_subimage(1, 0):
         remarks.append("read the first of several pages")
@@ -292,7 +350,8 @@ def _alpha_remark(file_format: str, spec: oiio.ImageSpec) -> str:
     return "dropped the alpha channel"
 
 
-def _digest(path: Path) -> str:
+def digest(path: Path) -> str:
+    """SHA-256 of a file, in hexadecimal digits."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -1,0 +1,68 @@
+"""Names of many pictures in one: ``shots/*.png``, ``frame_%04d.png``.
+
+A shell expands the first before a program sees it, unless it is quoted; on Windows none does.
+"""
+
+import glob
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from chartless.errors import ImageError
+
+_NUMBER = re.compile(r"%(?:0(\d+))?d")
+_DIGITS = re.compile(r"([0-9]+)")
+
+
+def expanded(names: Iterable[Path]) -> list[Path]:
+    """Files that names and patterns stand for.
+
+    Parameters
+    ----------
+    names : iterable of Path
+        Files; patterns of the shell (``*``, ``?``, ``[0-9]``, and ``**`` for folders of any
+        depth); or names with one number as C prints it, ``%d`` or ``%04d``, in their last part.
+
+    Returns
+    -------
+    list of Path
+        In the order given, those of a pattern in that of their numbers: 2 before 10. A name that
+        is no pattern, or that a file has, stands for itself.
+
+    Raises
+    ------
+    ImageError
+        If no file matches a pattern.
+    """
+    return [path for name in names for path in _matches(name)]
+
+
+def _matches(name: Path) -> list[Path]:
+    number = _NUMBER.search(name.name)
+    if name.exists() or not (number or glob.has_magic(str(name))):
+        return [name]
+    if number:
+        found = _numbered(name, number)
+    else:
+        found = [Path(each) for each in glob.glob(str(name), recursive=True)]  # noqa: PTH207 - ** and absolute patterns alike
+    files = sorted((each for each in found if each.is_file()), key=_natural)
+    if not files:
+        msg = "no file matches this pattern: check it"
+        raise ImageError(str(name), msg)
+    return files
+
+
+def _numbered(name: Path, number: re.Match[str]) -> list[Path]:
+    """Files whose names have a number of at least so many digits there."""
+    width = int(number[1] or 1)
+    before, after = name.name[: number.start()], name.name[number.end() :]
+    same = re.compile(f"{re.escape(before)}[0-9]{{{width},}}{re.escape(after)}")
+    if not name.parent.is_dir():
+        return []
+    return [each for each in name.parent.iterdir() if same.fullmatch(each.name)]
+
+
+def _natural(path: Path) -> list[str | int]:
+    """Key that sorts numbers in names by their value."""
+    parts = _DIGITS.split(str(path))  # every second one is a number
+    return [int(part) if place % 2 else part for place, part in enumerate(parts)]
