@@ -319,7 +319,7 @@ def test_sixteen_bits_and_more_levels_than_are_compared() -> None:
                 seed=seed,
             )
         )
-        for seed, each in enumerate((0.1, 0.4, 0.4))
+        for seed, each in enumerate((0.25, 1.0, 1.0))
     ]
 
     found = calibrate(frames, times=[1, 4, 4], n_levels=1024)
