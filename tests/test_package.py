@@ -28,6 +28,12 @@ def test_a_name_loads_what_it_needs_and_no_more():
     assert "scipy.optimize" not in loaded
 
 
+def test_values_that_notebooks_show_load_no_plot_until_they_are_shown():
+    loaded = modules_after("from chartless import Calibration, Response, load")
+
+    assert loaded.isdisjoint({"matplotlib", "jinja2", "PIL", "chartless.report"})
+
+
 @pytest.mark.parametrize("name", chartless.__all__)
 def test_public_names_resolve(name: str):
     assert getattr(chartless, name) is not None

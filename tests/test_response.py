@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from chartless.curves import named_curve
 from chartless.flags import Flag
 from chartless.noise import AffineNoise
-from chartless.response import Response, Status, rmse
+from chartless.response import ExposureEstimate, Response, SeenTransfer, Status, rmse
 
 
 @pytest.fixture
@@ -36,6 +38,19 @@ def test_flags_are_held_once_in_a_fixed_order(response: Response):
 
     assert flagged.flags == (flags[0], flags[1], flags[3])
     assert response.flags == ()
+
+
+def test_other_numbers_of_levels_keep_their_brightness(response: Response):
+    transfer = SeenTransfer(2.0, (51.0, 255.0), (25.5, 102.0))
+    exposures = ExposureEstimate((1.0, 2.0), 0.0, 0.02, (transfer,))
+
+    finer = replace(response, observed_levels=(51, 255), exposures=exposures).at_levels(1021)
+
+    assert finer.observed_levels == (204, 1020)
+    assert finer.exposures == replace(
+        exposures, transfers=(SeenTransfer(2.0, (204.0, 1020.0), (102.0, 408.0)),)
+    )
+    np.testing.assert_allclose(finer.inverse_lut[::4], response.inverse_lut, atol=1e-12)
 
 
 def test_rmse_is_the_distance_of_two_curves():

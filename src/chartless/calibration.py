@@ -109,6 +109,11 @@ class Calibration:
             brightness[:, c] = curve.response(planes[:, c])
         return brightness.reshape(irradiance.shape)
 
+    def _repr_html_(self) -> str:
+        from chartless.report import card
+
+        return card(self.channels)
+
     def _curves_for(self, picture: npt.NDArray[np.generic]) -> tuple[AbstractCurve, ...]:
         """One curve for each channel of the picture; a single one serves all of them."""
         n_channels = picture.shape[-1] if picture.ndim == 3 else 1  # noqa: PLR2004 - (M, N, C)

@@ -57,6 +57,11 @@ def to_json(calibration: Calibration) -> JsonObject:
     }
 
 
+def to_text(calibration: Calibration) -> str:
+    """Return the calibration's file as text."""
+    return json.dumps(to_json(calibration), ensure_ascii=False, allow_nan=False) + "\n"
+
+
 def save(calibration: Calibration, path: str | os.PathLike[str]) -> None:
     """Write a calibration; the file appears whole or not at all.
 
@@ -65,8 +70,7 @@ def save(calibration: Calibration, path: str | os.PathLike[str]) -> None:
     OutputError
         If the folder is missing or not writable.
     """
-    text = json.dumps(to_json(calibration), ensure_ascii=False, allow_nan=False)
-    write_text(path, text + "\n")
+    write_text(path, to_text(calibration))
 
 
 def load(path: str | os.PathLike[str]) -> Calibration:

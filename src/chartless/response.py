@@ -75,6 +75,18 @@ class ExposureEstimate:
     """Relative deviation of irradiance between exposures that noise does not explain."""
     transfers: tuple[SeenTransfer, ...] = ()
 
+    def scaled(self, factor: float) -> "ExposureEstimate":
+        """Return the same for levels so many times as high."""
+        transfers = tuple(
+            SeenTransfer(
+                each.ratio,
+                tuple(factor * level for level in each.upper),
+                tuple(factor * level for level in each.lower),
+            )
+            for each in self.transfers
+        )
+        return replace(self, transfers=transfers)
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Response:
@@ -153,8 +165,14 @@ class Response:
             observed_levels=(int(low * scale), int(high * scale)),
             inverse_lut_std=std,
             inverse_lut_std_with_dark=None,
+            exposures=None if self.exposures is None else self.exposures.scaled(scale),
             table=None,
         )
+
+    def _repr_html_(self) -> str:
+        from chartless.report import card
+
+        return card([self])
 
     def with_flags(self, *flags: Flag) -> "Response":
         """Return the same response with more flags, each at most once, in a fixed order."""

@@ -19,6 +19,12 @@ Scheduler = Annotated[
         help="Address of a Dask scheduler to run on, tcp://host:port.", show_default=False
     ),
 ]
+Report = Annotated[
+    Path | None,
+    typer.Option(
+        "--report", help="Report to write: one .html page, for people.", show_default=False
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines.")]
 
 

@@ -12,8 +12,7 @@ from chartless.errors import ParameterError
 if TYPE_CHECKING:  # the library takes half a second to import: --help does without
     from chartless.calibration import Calibration
     from chartless.experiments import OnCase
-    from chartless.response import Response
-    from chartless.types import Floats, JsonObject
+    from chartless.types import JsonObject
     from chartless.workflow import Progress
 
 FLAGGED = 3
@@ -94,7 +93,7 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     errors : sequence of float, optional
         RMSE of each channel against a known truth.
     """
-    from chartless.flags import Flag
+    from chartless.summary import doubts, error_text, fit_text, noise_text
 
     header = ["channel", "U", "V", "levels seen", "error", "fit", "status"]
     rows = []
@@ -103,11 +102,11 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
         rows.append(
             [
                 response.name,
-                _with_error("slope", response, 3),
-                _with_error("floor", response, 1),
+                noise_text("slope", response, 3),
+                noise_text("floor", response, 1),
                 f"{low} to {high}",
-                _error(response.inverse_lut_std),
-                _fit(response),
+                error_text(response.inverse_lut_std),
+                fit_text(response),
                 response.status.value if not response.flags else "doubtful",
             ]
         )
@@ -116,14 +115,10 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
         for row, error in zip(rows, errors, strict=True):
             row.insert(1, f"{error:.4f}")
     print_table(header, rows)
-    for flag, names in calibration.flags.items():
-        remark(f"{flag.code} ({', '.join(names)}): {flag.advice}")
-        if flag is Flag.DARK_LEVELS_UNSEEN:
-            changes = ", ".join(_change_by_dark(calibration.channel(name)) for name in names)
-            remark(f"two frames with the lens covered (--dark) would bring the error of {changes}")
-        if flag is Flag.MISFIT:
-            for pattern, misfits in calibration.patterns.items():
-                remark(f"misfit, {pattern.code} ({', '.join(misfits)}): {pattern.advice}")
+    for doubt in doubts(calibration):
+        remark(f"{doubt.code} ({', '.join(doubt.channels)}): {doubt.advice}")
+        if doubt.detail:
+            remark(doubt.detail)
 
 
 def print_exposures(calibration: "Calibration") -> None:
@@ -145,27 +140,11 @@ def print_exposures(calibration: "Calibration") -> None:
         print()
 
 
-def _change_by_dark(response: "Response") -> str:
-    now, then = map(_error, (response.inverse_lut_std, response.inverse_lut_std_with_dark))
-    return f"{response.name} from {now} to {then}"
+def write_report(calibration: "Calibration", path: Path) -> None:
+    """Write a report with one of the frames, and say so where there is none to show."""
+    from chartless.report import example_frame, save
 
-
-def _with_error(which: str, response: "Response", digits: int) -> str:
-    if response.noise is None:
-        return "-"
-    value = float(getattr(response.noise, f"{which}_8bit"))
-    if response.noise_error is None:
-        return f"{value:.{digits + 1}f}"
-    error = value * float(getattr(response.noise_error, f"log_{which}"))
-    return f"{value:.{digits}f} ± {error:.{digits}f}"
-
-
-def _error(std: "Floats | None") -> str:
-    """Root mean square of the deviations of the inverse response."""
-    return "-" if std is None else f"± {float((std**2).mean()) ** 0.5:.3f}"
-
-
-def _fit(response: "Response") -> str:
-    if response.deviance is not None:
-        return f"deviance {response.deviance:.2f}"
-    return "-" if response.similarity is None else f"similarity {response.similarity:.3f}"
+    frame = example_frame(calibration)
+    if frame is None:
+        remark("the report shows no picture: the frames are not where they were, or have changed")
+    save(calibration, path, frame)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from chartless.cli._options import AsJson, Jobs, Scheduler, parse_pair, parse_times
+from chartless.cli._options import AsJson, Jobs, Report, Scheduler, parse_pair, parse_times
 from chartless.cli._terminal import (
     FLAGGED,
     print_exposures,
@@ -13,6 +13,7 @@ from chartless.cli._terminal import (
     print_summary,
     progress_bar,
     remark,
+    write_report,
 )
 from chartless.errors import ParameterError
 
@@ -148,6 +149,7 @@ def calibrate(
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with status 3 if the result is doubtful.")
     ] = False,
+    report: Report = None,
     as_json: AsJson = False,
 ) -> int:
     """Estimate the camera's response from FRAMES of one still scene.
@@ -158,7 +160,7 @@ def calibrate(
 
     \b
     Example:
-        chartless calibrate a.jpg b.jpg -o camera.json
+        chartless calibrate a.jpg b.jpg -o camera.json --report camera.html
         chartless calibrate a.png b.png --dark cap1.png --dark cap2.png
         chartless calibrate bracket/*.jpg -o camera.json
         chartless calibrate dark.png middle.png bright.png --times 1,4,16
@@ -181,6 +183,13 @@ def calibrate(
         "tolerance": tolerance,
     }
     target = output or (None if as_json else Path("camera.json"))
+    if report is not None:
+        from chartless.report import require_page
+
+        require_page(report)
+        if target is not None and target.resolve() == report.resolve():
+            msg = f"{target} cannot be calibration and report at once: name another --report"
+            raise ParameterError(msg)
     if target is not None:
         require_writable(target)
         if target.resolve() in {frame.resolve() for frame in frames}:
@@ -208,6 +217,8 @@ def calibrate(
         )
     if target is not None:
         save(calibration, target)
+    if report is not None:
+        write_report(calibration, report)
     remark(f"evidence: {calibration.provenance['settings']['evidence']}")
     for text in calibration.provenance["remarks"]:
         remark(text)
@@ -218,4 +229,6 @@ def calibrate(
         print_summary(calibration)
         n_frames = sum(_count(each) for each in calibration.provenance["inputs"])
         print(f"\ncalibration of {n_frames} frames written to {target}")
+        if report is not None:
+            print(f"report written to {report}")
     return FLAGGED if strict and calibration.flags else 0

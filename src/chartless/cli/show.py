@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from chartless.cli._options import AsJson, load_calibration, parse_curve
-from chartless.cli._terminal import print_json, print_summary
+from chartless.cli._options import AsJson, Report, load_calibration, parse_curve
+from chartless.cli._terminal import print_json, print_summary, write_report
+from chartless.errors import ParameterError
 
 
 def show(
@@ -23,14 +24,18 @@ def show(
         str | None,
         typer.Option(help="Known response to compare with: NAME[:params], CSV, or truth.json."),
     ] = None,
+    report: Report = None,
     as_json: AsJson = False,
 ) -> None:
     """Show a calibration: noise, levels seen, what is doubtful, and with -o the curves.
+
+    The report shows one of the frames too if they are still where calibrate found them.
 
     \b
     Example:
         chartless show camera.json
         chartless show camera.json -o camera.png --truth srgb
+        chartless show camera.json --report camera.html
     """
     from chartless.calibration_file import to_json
     from chartless.response import rmse
@@ -42,6 +47,11 @@ def show(
         from chartless.plotting import overview, save_figure
 
         save_figure(overview(loaded, truth=known), output)
+    if report is not None:
+        if report.resolve() == calibration.resolve():
+            msg = f"{report} would overwrite the calibration: name another --report"
+            raise ParameterError(msg)
+        write_report(loaded, report)
     if as_json:
         content = to_json(loaded)
         print_json(content if errors is None else {**content, "truth": {"rmse": errors}})
@@ -49,3 +59,5 @@ def show(
     print_summary(loaded, errors)
     if output is not None:
         print(f"\npicture written to {output}")
+    if report is not None:
+        print(f"\nreport written to {report}")

@@ -17,4 +17,5 @@ from chartless.images._video import read_video as read_video
 from chartless.images._write import DataType as DataType
 from chartless.images._write import Metadata as Metadata
 from chartless.images._write import stored_type as stored_type
+from chartless.images._write import upright as upright
 from chartless.images._write import write_image as write_image

@@ -77,7 +77,7 @@ def write_image(
     samples = _encode(values, stored)
     suffix = path.suffix.lower()
     if suffix in _UPRIGHT:
-        samples, orientation = np.ascontiguousarray(_upright(samples, orientation)), 1
+        samples, orientation = np.ascontiguousarray(upright(samples, orientation)), 1
     if suffix == ".hdr" and samples.shape[2] == 1:
         samples = np.repeat(samples, 3, axis=2)
     with atomic_path(path) as temporary:
@@ -135,8 +135,15 @@ def _encode(values: npt.NDArray[np.floating], stored: DataType) -> _Samples:
     return np.rint(levels, out=levels).astype(stored)
 
 
-def _upright(samples: _Samples, orientation: int) -> _Samples:
-    """Turn and mirror as a viewer would for this EXIF orientation."""
+def upright(samples: _Samples, orientation: int) -> _Samples:
+    """Turn and mirror a picture, shape (height, width, C), as a viewer would for this orientation.
+
+    Parameters
+    ----------
+    samples : ndarray of float32, uint8 or uint16
+    orientation : int
+        EXIF orientation 1 … 8.
+    """
     if orientation > 4:  # noqa: PLR2004 - 5 … 8 store columns as rows
         samples = samples.swapaxes(0, 1)
     rows, columns = samples, samples[:, ::-1]

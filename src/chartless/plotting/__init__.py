@@ -23,6 +23,8 @@ from chartless.plotting.calibration import (
     draw_residuals,
     draw_response,
     draw_search,
+    draw_transfer_errors,
+    draw_transfers,
     overview,
 )
 from chartless.plotting.curves import draw_fits, fits_figure
@@ -44,6 +46,8 @@ __all__ = [
     "draw_residuals",
     "draw_response",
     "draw_search",
+    "draw_transfer_errors",
+    "draw_transfers",
     "fits_figure",
     "overview",
     "save_figure",

@@ -20,6 +20,8 @@ from chartless.response import Response, SeenTransfer, rmse
 from chartless.types import Counts, Floats, Indices
 
 _MOST = 4.0  # deviations at the ends of the colour scale
+_NEVER = 0.05  # pairs expected where there are none: nothing to see
+_MOST_DRAWN = 1024
 _MOST_APART = 0.3  # relative, at the ends of a scale
 _SCENE_STEPS = 15  # of expectation maximisation, for the pairs that a model expects
 
@@ -133,14 +135,15 @@ def draw_response(
     """Brightness over irradiance, with the deviation as a band where it is known."""
     for response in channels:
         colour = CHANNEL_COLOURS[response.name]
+        kept = _kept(response)
         level = _brightness(response)
         error = "" if truth is None else f" (RMSE {rmse(response.curve, truth):.3f})"
         inverse = response.inverse_lut
-        axes.plot(inverse, level, color=colour, label=f"{response.name}{error}")
+        axes.plot(inverse[kept], level[kept], color=colour, label=f"{response.name}{error}")
         if response.inverse_lut_std is not None:
-            spread = response.inverse_lut_std
+            light, spread = inverse[kept], response.inverse_lut_std[kept]
             axes.fill_betweenx(
-                level, inverse - spread, inverse + spread, color=colour, alpha=0.2, linewidth=0
+                level[kept], light - spread, light + spread, color=colour, alpha=0.2, linewidth=0
             )
         low, high = response.observed_levels
         axes.plot(inverse[[low, high]], level[[low, high]], "o", color=colour, markersize=4)
@@ -192,9 +195,10 @@ def draw_residuals(axes: Axes, response: Response) -> None:
     # On the diagonal symmetric counts come in twos, which doubles their variance.
     variance = np.maximum(band.expected, 1.0) * np.where(band.difference == 0, 2, 1)
     residual = (band.seen - band.expected) / np.sqrt(variance)
+    nothing = (band.seen == 0) & (band.expected < _NEVER)
     image = axes.pcolormesh(
-        band.level, band.difference, residual, cmap="RdBu_r", vmin=-_MOST, vmax=_MOST,
-        rasterized=True,
+        band.level, band.difference, np.ma.masked_where(nothing, residual), cmap="RdBu_r",
+        vmin=-_MOST, vmax=_MOST, rasterized=True,
     )  # fmt: skip
     axes.figure.colorbar(image, ax=axes, label="deviations", extend="both")
 
@@ -261,10 +265,9 @@ def draw_deviations(
         colour = CHANNEL_COLOURS[response.name]
         if response.inverse_lut_std is not None:
             for factor, alpha in ((2, 0.12), (1, 0.2)):
-                spread = factor * response.inverse_lut_std
-                axes.fill_between(
-                    np.arange(spread.size), -spread, spread, color=colour, alpha=alpha, linewidth=0
-                )
+                kept = _kept(response)
+                spread = factor * response.inverse_lut_std[kept]
+                axes.fill_between(kept, -spread, spread, color=colour, alpha=alpha, linewidth=0)
             axes.plot([], [], color=colour, label=response.name)
         if truth is not None:
             error = response.inverse_lut - truth.inverse(_brightness(response))
@@ -343,6 +346,12 @@ def _reach(table: Cooccurrence) -> int:
 def _noise_text(response: Response) -> str:
     noise = response.noise
     return "unknown" if noise is None else f"U = {noise.slope_8bit:.3f}, V = {noise.floor_8bit:.1f}"
+
+
+def _kept(response: Response) -> Indices:
+    """Levels that are drawn, at most `_MOST_DRAWN`; files of figures grow with each."""
+    step = -(-response.n_levels // _MOST_DRAWN)
+    return np.unique(np.append(np.arange(0, response.n_levels, step), response.n_levels - 1))
 
 
 def _brightness(response: Response) -> Floats:

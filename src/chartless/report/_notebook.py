@@ -1,0 +1,38 @@
+"""A calibration where it is looked at first: the output of a cell in a notebook."""
+
+import hashlib
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from chartless.plotting import draw_response
+from chartless.report import _words
+from chartless.report._svg import inline_svg
+from chartless.response import Response
+from chartless.verdict import verdict
+
+_SIZE = (360, 270)
+_FRAME = Markup(
+    '<div style="max-width: 30rem"><p><strong>Camera response: {grade}.</strong> {reasons}</p>'
+    "{svg}</div>"
+)
+
+
+def card(channels: Sequence[Response]) -> str:
+    """The verdict on channels with their curves, as an HTML fragment.
+
+    Parameters
+    ----------
+    channels : sequence of Response
+        At least one.
+    """
+    judged = verdict(channels)
+    # Outputs of one notebook share a page: names inside the drawing must not.
+    digest = hashlib.sha256(b"".join(each.inverse_lut.tobytes() for each in channels))
+    svg = inline_svg(
+        lambda axes: draw_response(axes, channels),
+        _SIZE,
+        salt=digest.hexdigest(),
+        aria_label=_words.of_response(channels),
+    )
+    return str(_FRAME.format(grade=judged.grade.value, reasons=" ".join(judged.reasons), svg=svg))

@@ -1,0 +1,153 @@
+"""The page: everything a reader wants to know, put into the template."""
+
+import base64
+import math
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from chartless.calibration import Calibration
+from chartless.frame import Frame
+from chartless.report._downloads import downloads
+from chartless.report._figures import drawings
+from chartless.report._pictures import previews
+from chartless.response import Response
+from chartless.summary import doubts, error_text, fit_text, noise_text
+from chartless.types import JsonObject
+from chartless.verdict import Grade, verdict
+
+_MARKS = {Grade.GOOD: "✓", Grade.CARE: "!", Grade.DISTRUST: "✕"}
+_SHARES = np.array([0, 16, 32, 48, 64, 96, 128, 160, 192, 224, 240, 255]) / 255
+_DIGITS = 12  # of an SHA-256
+_FEW = 8  # inputs; more are folded away
+
+
+class Row(NamedTuple):
+    """A quantity with its value for each channel."""
+
+    name: str
+    values: Sequence[str]
+
+
+def render(calibration: Calibration, frame: Frame | None = None) -> str:
+    """Make the report of a calibration, one HTML page that loads nothing.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    frame : Frame, optional
+        A picture of the camera, shown before and after linearisation.
+
+    Returns
+    -------
+    str
+        A whole document, below 2 MB.
+
+    Raises
+    ------
+    ParameterError
+        If the frame's channels are not those of the calibration.
+    """
+    judged = verdict(calibration.channels)
+    return _environment().from_string(_part("page.html")).render(
+        style=Markup(_part("page.css")),  # noqa: S704 - ours
+        verdict=judged,
+        grade=judged.grade.name.lower(),
+        mark=_MARKS[judged.grade],
+        doubts=doubts(calibration),
+        channels=calibration.channels,
+        figures=drawings(calibration.channels),
+        numbers=_numbers(calibration.channels),
+        levels=_levels(calibration.channels),
+        pictures=[] if frame is None else previews(calibration, frame),
+        provenance=_provenance(calibration),
+        downloads=downloads(calibration),
+    )  # fmt: skip
+
+
+def _part(name: str) -> str:
+    return files("chartless.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _environment() -> Environment:
+    made = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    made.filters["data_uri"] = _data_uri
+    return made
+
+
+def _data_uri(content: bytes, media_type: str) -> str:
+    return f"data:{media_type};base64,{base64.b64encode(content).decode()}"
+
+
+def _numbers(channels: Sequence[Response]) -> list[Row]:
+    """What is known of each channel; quantities that the method tells of none are left out."""
+    rows = [
+        Row("Error of the light", [error_text(each.inverse_lut_std) for each in channels]),
+        Row("Noise slope U", [noise_text("slope", each, 3) for each in channels]),
+        Row("Noise floor V", [noise_text("floor", each, 1) for each in channels]),
+        Row("Levels seen", ["{} to {}".format(*each.observed_levels) for each in channels]),
+        Row("Pixels compared", [f"{each.n_pairs:,}" for each in channels]),
+        Row("Of these left out", [_share(each.outliers) for each in channels]),
+        Row("Goodness of fit", [fit_text(each) for each in channels]),
+        Row("The search", [each.status.value for each in channels]),
+    ]
+    return [row for row in rows if set(row.values) != {"-"}]
+
+
+def _share(share: float | None) -> str:
+    return "-" if share is None else f"{share:.2%}"
+
+
+def _levels(channels: Sequence[Response]) -> list[Row]:
+    """Light at a dozen levels."""
+    last = channels[0].n_levels - 1
+    return [
+        Row(str(level), [_light(each, level) for each in channels])
+        for level in np.rint(_SHARES * last).astype(int)
+    ]
+
+
+def _light(response: Response, level: int) -> str:
+    light = f"{response.inverse_lut[level]:.3f}"
+    std = response.inverse_lut_std
+    return light if std is None else f"{light} ± {std[level]:.3f}"
+
+
+def _provenance(calibration: Calibration) -> JsonObject:
+    """Where the calibration is from; what another program's file does not say is left out."""
+    known = calibration.provenance
+    first = calibration.channels[0]
+    settings = {
+        "method": first.method,
+        **known.get("settings", {}),
+        "bit depth": calibration.bit_depth,
+        "chartless": known.get("chartless"),
+        "created": known.get("created"),
+    }
+    inputs = [
+        {"name": Path(each["file"]).name, "digest": each["sha256"][:_DIGITS]}
+        for each in known.get("inputs", [])
+    ]
+    exposures = [{**each, "name": Path(each["file"]).name} for each in known.get("exposures") or []]
+    return {
+        "settings": {name: _text(value) for name, value in settings.items() if value},
+        "inputs": inputs[:_FEW],
+        "more": inputs[_FEW:],
+        "exposures": exposures,
+        "remarks": known.get("remarks", []),
+    }
+
+
+def _text(value: Any) -> str:  # noqa: ANN401 - JSON
+    if isinstance(value, list):
+        return ", ".join(map(_text, value))
+    if isinstance(value, float) and math.isfinite(value):
+        return f"{value:g}"
+    return "yes" if value is True else str(value)

@@ -1,0 +1,68 @@
+"""A calibration in short texts: what the terminal and the report both say."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from chartless.calibration import Calibration
+from chartless.flags import Flag
+from chartless.response import Response
+from chartless.types import Floats
+from chartless.verdict import deviation
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """A flag or a pattern of misfit, in words."""
+
+    code: str
+    """As in `Flag`; "misfit, peaked" and the like for patterns."""
+    channels: tuple[str, ...]
+    advice: str
+    """What it means and what to do."""
+    detail: str = ""
+    """What that would change, in numbers."""
+
+
+def doubts(calibration: Calibration) -> list[Doubt]:
+    """What is doubtful about a calibration, with what to do; empty if nothing is."""
+    found = []
+    for flag, names in calibration.flags.items():
+        detail = ""
+        if flag is Flag.DARK_LEVELS_UNSEEN:
+            changes = ", ".join(_change_by_dark(calibration.channel(name)) for name in names)
+            detail = f"two frames with the lens covered (--dark) would bring the error of {changes}"
+        found.append(Doubt(flag.code, tuple(names), flag.advice, detail))
+        if flag is Flag.MISFIT:
+            found += [
+                Doubt(f"misfit, {pattern.code}", tuple(misfits), pattern.advice)
+                for pattern, misfits in calibration.patterns.items()
+            ]
+    return found
+
+
+def noise_text(which: Literal["slope", "floor"], response: Response, digits: int) -> str:
+    """U or V, with its deviation and so many digits; with one more where that is not known."""
+    if response.noise is None:
+        return "-"
+    value = float(getattr(response.noise, f"{which}_8bit"))
+    if response.noise_error is None:
+        return f"{value:.{digits + 1}f}"
+    error = value * float(getattr(response.noise_error, f"log_{which}"))
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def error_text(std: Floats | None) -> str:
+    """Root mean square of the deviations of the inverse response."""
+    return "-" if std is None else f"± {deviation(std):.3f}"
+
+
+def fit_text(response: Response) -> str:
+    """Goodness of fit, by the measure that the method has."""
+    if response.deviance is not None:
+        return f"deviance {response.deviance:.2f}"
+    return "-" if response.similarity is None else f"similarity {response.similarity:.3f}"
+
+
+def _change_by_dark(response: Response) -> str:
+    now, then = map(error_text, (response.inverse_lut_std, response.inverse_lut_std_with_dark))
+    return f"{response.name} from {now} to {then}"

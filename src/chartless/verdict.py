@@ -1,0 +1,111 @@
+"""How far to trust a calibration, in one word and the reasons for it.
+
+The rule is here and nowhere else, so that reports, notebooks and programs say the same. Its limits
+were measured on simulated cameras with planted faults (docs/design/0008-report.md).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from chartless.flags import Flag
+from chartless.response import Response
+from chartless.types import Floats
+
+GOOD_BAND = 0.02
+"""Deviation of the inverse response up to which a curve is good: nine of ten pairs of frames
+without faults come closer (docs/how-sure.md)."""
+WORST_BAND = 0.045
+"""Deviation above which a curve is worth nothing: real cameras taken for sRGB are off by as much
+(docs/brackets.md)."""
+WORST_DEVIANCE = 2.0
+"""Misfit, in multiples of chance, up to which the band held in simulated cameras."""
+GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.NOT_MONOTONE})
+"""Flags with which the band does not hold: MISFIT above `WORST_DEVIANCE` or where that is unknown,
+and the others always."""
+
+
+class Grade(Enum):
+    """How far to trust a calibration; the value is what people are shown."""
+
+    GOOD = "good"
+    CARE = "usable with care"
+    DISTRUST = "do not trust"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """A grade and why."""
+
+    grade: Grade
+    reasons: tuple[str, ...]
+    """Sentences."""
+
+    def __str__(self) -> str:
+        return f"{self.grade.value}: {' '.join(self.reasons)}"
+
+
+def deviation(std: Floats) -> float:
+    """Root mean square of the deviations of g at the levels."""
+    return float(np.sqrt(np.mean(std**2)))
+
+
+def verdict(channels: Sequence[Response]) -> Verdict:
+    """Judge the channels of a camera by the worst of them.
+
+    Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
+    with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, or of which
+    no error is known. Others are good.
+
+    Parameters
+    ----------
+    channels : sequence of Response
+        At least one.
+
+    Examples
+    --------
+    >>> from chartless import Response, named_curve
+    >>> from chartless.response import Status
+    >>> bare = Response(
+    ...     name="Y", curve=named_curve("srgb"), noise=None, n_levels=256,
+    ...     observed_levels=(0, 255), n_pairs=1, method="debevec", status=Status.CONVERGED,
+    ... )
+    >>> print(verdict([bare]))
+    usable with care: How sure the curve is, is not known.
+    """
+    grave = {flag for response in channels for flag in _grave(response)}
+    other = {flag for response in channels for flag in response.flags} - grave
+    stds = [response.inverse_lut_std for response in channels]
+    known = [deviation(std) for std in stds if std is not None]
+    widest = max(known, default=0.0)
+    how_sure = f"The curve is known to ± {widest:.3f} of the light at white"
+    bad, doubtful, fine = [], [], []
+    if grave:
+        bad.append(f"A curve and its noise do not explain the pictures: {_listed(grave)}.")
+    if widest > WORST_BAND:
+        bad.append(f"{how_sure}, no better than guessing.")
+    elif grave and known:
+        bad.append(f"The error may be several times the given ± {widest:.3f}.")
+    elif widest > GOOD_BAND:
+        doubtful.append(f"{how_sure}; good frames give ± {GOOD_BAND:g} or less.")
+    elif known:
+        fine.append(f"{how_sure}.")
+    if len(known) < len(stds):
+        doubtful.append("How sure the curve is, is not known.")
+    if other:
+        doubtful.append(f"Doubtful: {_listed(other)}.")
+    grade = Grade.DISTRUST if bad else Grade.CARE if doubtful else Grade.GOOD
+    return Verdict(grade, (*bad, *fine, *doubtful))
+
+
+def _grave(response: Response) -> set[Flag]:
+    slight = response.deviance is not None and response.deviance <= WORST_DEVIANCE
+    return {
+        flag for flag in response.flags if flag in GRAVE and not (slight and flag is Flag.MISFIT)
+    }
+
+
+def _listed(flags: set[Flag]) -> str:
+    return ", ".join(flag.code.replace("-", " ") for flag in Flag if flag in flags)

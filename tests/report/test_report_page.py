@@ -1,0 +1,396 @@
+"""The report: one page that says everything, loads nothing, and believes no file name."""
+
+import base64
+import io
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from chartless import Calibration, load, named_curve, save
+from chartless.flags import Flag, Pattern
+from chartless.frame import Frame
+from chartless.luts import import_response
+from chartless.report import render
+
+Element = Any
+Parse = Callable[[str], Element]
+
+
+def text_of(element: Element) -> str:
+    return " ".join("".join(element.itertext()).split())
+
+
+def by_id(tree: Element, name: str) -> Element:
+    (found,) = (each for each in tree.iter() if each.get("id") == name)
+    return found
+
+
+def elements(tree: Element, tag: str) -> list[Element]:
+    """Elements of HTML or SVG."""
+    return [each for each in tree.iter() if str(each.tag).split("}")[-1] == tag]
+
+
+def content_of(uri: str) -> bytes:
+    return base64.b64decode(uri.partition(";base64,")[2], validate=True)
+
+
+def rows_of(table: Element) -> list[list[str]]:
+    return [[text_of(cell) for cell in row] for row in elements(table, "tr")]
+
+
+@pytest.fixture(scope="module", params=["page", "bracket_page"])
+def tree(request: pytest.FixtureRequest, parsed: Parse) -> Element:
+    return parsed(request.getfixturevalue(request.param))
+
+
+def test_the_verdict_comes_first(page: str, bracket_page: str, parsed: Parse) -> None:
+    for source in (page, bracket_page):
+        tree = parsed(source)
+        first, second, *_ = (text_of(each) for each in tree.iter() if each.tag in ("h1", "h2"))
+        assert first == "Camera response"
+        assert second == "✓ Good"
+        assert text_of(elements(tree, "title")[0]) == "Camera response: good"
+
+
+def test_headings_are_in_order(tree: Element) -> None:
+    ranks = [int(each.tag[1]) for each in tree.iter() if re.fullmatch("h[1-6]", str(each.tag))]
+
+    assert ranks[0] == 1
+    assert ranks.count(1) == 1
+    assert all(after <= before + 1 for before, after in pairwise(ranks))
+
+
+def test_it_has_landmarks_and_a_language(tree: Element) -> None:
+    assert tree.get("lang") == "en"
+    for tag in ("header", "main"):
+        assert len(elements(tree, tag)) == 1
+    for section in elements(tree, "section"):
+        assert text_of(by_id(tree, section.get("aria-labelledby")))
+
+
+def test_every_name_is_given_once(tree: Element) -> None:
+    names = [each.get("id") for each in tree.iter() if each.get("id")]
+
+    assert len(names) == len(set(names))
+
+
+def test_every_reference_inside_the_page_has_an_end(tree: Element) -> None:
+    names = {each.get("id") for each in tree.iter()}
+    used = {
+        value
+        for each in tree.iter()
+        for key, text in each.attrib.items()
+        for value in [
+            *re.findall(r"url\(#([^)]*)\)", text),
+            *(re.findall("^#(.*)", text) if str(key).endswith("href") else []),
+        ]
+    }
+
+    assert used
+    assert used <= names
+
+
+def test_nothing_is_loaded(page: str, bracket_page: str, parsed: Parse) -> None:
+    for source in (page, bracket_page):
+        assert "http:" not in source
+        assert "https:" not in source
+        tree = parsed(source)
+        addresses = [
+            text
+            for each in tree.iter()
+            for key, text in each.attrib.items()
+            if str(key).split("}")[-1] in ("src", "href", "srcset", "poster", "action")
+        ]
+        assert all(text.startswith(("data:", "#")) for text in addresses)
+        style = "".join(text_of(each) for each in elements(tree, "style"))
+        assert "@import" not in style
+        assert "url(" not in style
+        assert not elements(tree, "script")
+        assert not elements(tree, "link")
+
+
+def test_every_figure_says_in_numbers_what_it_shows(tree: Element) -> None:
+    figures = elements(tree, "svg")
+
+    assert figures
+    for figure in figures:
+        assert figure.get("role") == "img"
+        assert re.search(r"\d", text_of(by_id(tree, figure.get("aria-labelledby"))))
+    for picture in elements(tree, "img"):
+        assert re.search(r"\d", picture.get("alt"))
+
+
+def test_figures_of_noise(page: str, parsed: Parse) -> None:
+    tree = parsed(page)
+
+    figures = {each.get("id"): text_of(each) for each in elements(tree, "figure")}
+    assert [*figures][:5] == ["response", "error", "noise", "pairs", "rest"]
+    # f = √I: half the brightness is a quarter of the light; the deviation there is the largest.
+    assert "G 0.250 ± 0.010" in figures["response"]
+    assert "R ± 0.010 at level 127" in figures["error"]
+    assert "120,000 pairs" not in figures["pairs"]
+    assert "60,000 pairs of one pixel in two frames, channel B" in figures["pairs"]
+    assert "1.34 times what chance alone gives" in figures["rest"]
+
+
+def test_the_noise_in_words_is_that_of_the_camera(page: str, parsed: Parse) -> None:
+    """σ_O = f′(I) √(uI + v) at level 128 of f = √I, with the rounding to levels."""
+    words = text_of(by_id(parsed(page), "noise-text"))
+
+    levels, red = re.findall(r"(?:[\d.]+ / ){2}[\d.]+", words)[:2]
+    assert levels == "64 / 128 / 191"
+    light = (128 / 255) ** 2
+    slope = 0.5 / np.sqrt(light)
+    expected = np.sqrt(slope**2 * (0.05 * 255 * light + 9) + 1 / 12)
+    assert float(red.split(" / ")[1]) == pytest.approx(expected, rel=0.1)
+
+
+def test_figures_of_a_bracket(bracket_page: str, parsed: Parse) -> None:
+    figures = {each.get("id"): text_of(each) for each in elements(parsed(bracket_page), "figure")}
+
+    assert [*figures] == ["response", "error", "transfer", "ratio"]
+    # f = √I: half the light is the level over √2.
+    assert "level 128 of an exposure show level 91 in one 2 times shorter" in figures["transfer"]
+    assert "is 0.0% from their ratio" in figures["ratio"]
+    assert "scatter by 3.0%" in figures["ratio"]
+
+
+def test_tables_have_headers_with_a_scope(tree: Element) -> None:
+    tables = elements(tree, "table")
+
+    assert len(tables) >= 4
+    for table in tables:
+        assert text_of(elements(table, "caption")[0])
+        headers = elements(table, "th")
+        assert headers
+        assert {each.get("scope") for each in headers} <= {"row", "col"}
+        assert all(text_of(each) for each in headers)
+
+
+def test_the_table_of_light_is_the_inverse_response(
+    page: str, parsed: Parse, of_noise: Calibration
+) -> None:
+    (table,) = (each for each in elements(parsed(page), "table") if "Light" in text_of(each[0]))
+
+    header, *rows = rows_of(table)
+    assert header == ["Level", "R", "G", "B"]
+    assert [row[0] for row in rows][:: len(rows) - 1] == ["0", "255"]
+    for level, *cells in rows:
+        brightness = int(level) / 255
+        deviation = 0.01 * np.sin(np.pi * brightness)
+        assert cells == [f"{brightness**2:.3f} ± {abs(deviation):.3f}"] * 3
+
+
+def test_numbers_of_each_channel(page: str, parsed: Parse) -> None:
+    (table,) = (each for each in elements(parsed(page), "table") if "Each" in text_of(each[0]))
+
+    rows = {name: cells for name, *cells in rows_of(table)}
+    assert rows["Noise slope U"] == ["0.050 ± 0.010"] * 3
+    assert rows["Noise floor V"] == ["9.0 ± 0.9"] * 3
+    assert rows["Levels seen"] == ["3 to 250"] * 3
+    assert rows["Pixels compared"] == ["123,456"] * 3
+    assert rows["Of these left out"] == ["0.25%"] * 3
+    assert rows["Goodness of fit"] == ["deviance 1.01", "deviance 1.02", "deviance 1.34"]
+
+
+def test_exposures_of_a_bracket_are_listed(bracket_page: str, parsed: Parse) -> None:
+    (table,) = (
+        each for each in elements(parsed(bracket_page), "table") if "exposures" in text_of(each[0])
+    )
+
+    assert rows_of(table)[1:] == [
+        ["e0.png", "1", "25.0 %", "10.0 %"],
+        ["e1.png", "2", "12.5 %", "10.0 %"],
+        ["e2.png", "4", "50.0 %", "10.0 %"],
+    ]
+
+
+def test_it_says_where_it_comes_from(page: str, parsed: Parse) -> None:
+    tree = parsed(page)
+    words = text_of(tree)
+
+    for text in ("0.1.0", "2026-01-02T03:04:05+00:00", "likelihood", "d1, d2"):
+        assert text in words
+    assert "Found by chartless from 12 pictures of one scene, the first being a0.png." in words
+    assert "a0.png: dropped the alpha channel." in words
+    assert "0" * 12 in words
+    assert "0" * 13 not in words
+    (folded,) = elements(tree, "details")
+    assert "a11.png" in text_of(folded)
+    assert "a7.png" not in text_of(folded)
+
+
+def test_every_flag_and_pattern_has_its_advice(of_noise: Calibration, parsed: Parse) -> None:
+    patterns = [Pattern.PEAKED, Pattern.LEVEL_WISE, Pattern.NOISE_LEVEL]
+    channels = tuple(
+        replace(each, flags=tuple(Flag), pattern=pattern, table=None, inverse_lut_std_with_dark=std)
+        for each, pattern, std in zip(
+            of_noise.channels, patterns, [0.5 * each.inverse_lut_std for each in of_noise.channels],
+            strict=True,
+        )
+    )  # fmt: skip
+
+    tree = parsed(render(replace(of_noise, channels=channels)))
+
+    said = dict(
+        zip(map(text_of, elements(tree, "dt")), map(text_of, elements(tree, "dd")), strict=True)
+    )
+    assert len(said) == len(Flag) + 3
+    for flag in Flag:
+        words = said[f"{flag.code.replace('-', ' ').capitalize()} R, G, B"]
+        assert words.startswith(f"{flag.advice[0].upper()}{flag.advice[1:]}.")
+    for pattern, name in zip(patterns, "RGB", strict=True):
+        assert f"Misfit, {pattern.code.replace('-', ' ')} {name}" in said
+    assert "from ± 0.007 to ± 0.004" in said["Dark levels unseen R, G, B"]
+    assert text_of(by_id(tree, "verdict")) == "✕ Do not trust"
+
+
+def test_nothing_doubtful_nothing_said(page: str, parsed: Parse) -> None:
+    assert not elements(parsed(page), "dt")
+
+
+HOSTILE = '<script>alert(1)</script>"><img src=x onerror=alert(2)>&amp;.png'
+
+
+def test_texts_from_files_are_only_texts(of_bracket: Calibration, parsed: Parse) -> None:
+    known = of_bracket.provenance
+    hostile = {
+        "chartless": HOSTILE,
+        "created": HOSTILE,
+        "inputs": [{"file": HOSTILE, "sha256": HOSTILE}],
+        "settings": {HOSTILE: HOSTILE, "list": [HOSTILE]},
+        "exposures": [{**known["exposures"][0], "file": HOSTILE}],
+        "remarks": [HOSTILE],
+    }
+    response = replace(of_bracket.channels[0], method=HOSTILE)
+    name = Path(HOSTILE).name  # what follows the slash
+    frame = Frame(Path(HOSTILE), np.zeros((4, 4, 1), np.uint8))
+
+    tree = parsed(render(replace(of_bracket, channels=(response,), provenance=hostile), frame))
+
+    assert not elements(tree, "script")
+    first, _ = elements(tree, "img")
+    assert first.get("alt").startswith(name)
+    assert not [key for each in tree.iter() for key in each.attrib if str(key).startswith("on")]
+    assert text_of(tree).count("<script>alert(1)</script>") >= 5
+
+
+def test_the_calibration_can_be_saved_from_it(
+    page: str, parsed: Parse, of_noise: Calibration, tmp_path: Path
+) -> None:
+    link, *others = elements(parsed(page), "a")
+
+    content = content_of(link.get("href"))
+
+    save(of_noise, tmp_path / "saved.json")
+    assert content == (tmp_path / "saved.json").read_bytes()
+    assert link.get("download") == "camera.json"
+    (tmp_path / "from_page.json").write_bytes(content)
+    assert load(tmp_path / "from_page.json").channels[2].deviance == 1.34
+    for other, name in zip(others, ("csv", "cube", "spi1d", "clf", "opencv"), strict=True):
+        path = tmp_path / other.get("download")
+        path.write_bytes(content_of(other.get("href")))
+        again = import_response(path)
+        assert again.channels[0].method == name
+        given = of_noise.channels[0].inverse_lut
+        assert np.abs(again.channels[0].inverse_lut - given).max() < 1e-5
+
+
+@pytest.mark.parametrize("n_levels", [1024, 65536])
+def test_large_calibrations_make_small_pages(
+    n_levels: int, of_noise: Calibration, parsed: Parse
+) -> None:
+    """Pairs are left out of the file in the page, or the file where that is not enough."""
+    large = tuple(each.at_levels(n_levels) for each in of_noise.channels)
+    if n_levels == 1024:
+        table = of_noise.channels[0].table
+        assert table is not None
+        counts = np.kron(table.counts, np.ones((4, 4), dtype=np.int64))
+        large = tuple(replace(each, table=type(table)(counts)) for each in large)
+
+    page = render(replace(of_noise, channels=large))
+
+    assert len(page.encode()) < 2e6
+    labels = [text_of(each) for each in elements(parsed(page), "a")]
+    json = [label for label in labels if label.startswith("JSON")]
+    assert json == (["JSON, calibration without level pairs"] if n_levels == 1024 else [])
+    # OpenCV's is of 256 levels always.
+    assert labels[-1].startswith(".yml")
+
+
+def test_pages_are_small(page: str, bracket_page: str) -> None:
+    assert len(page.encode()) < 1e6
+    assert len(bracket_page.encode()) < 5e5
+
+
+def test_one_calibration_makes_one_page(page: str, of_noise: Calibration, frame: Frame) -> None:
+    assert render(of_noise, frame) == page
+
+
+def test_what_another_program_made_is_reported_too(
+    linear_camera: Calibration, parsed: Parse
+) -> None:
+    """No error, no noise, no pairs, no provenance."""
+    tree = parsed(render(linear_camera))
+
+    assert text_of(by_id(tree, "verdict")) == "! Usable with care"
+    assert [each.get("id") for each in elements(tree, "figure")] == ["response"]
+    assert "Read by chartless from the file of another program." in text_of(tree)
+    assert not elements(tree, "img")
+    assert "-" not in {cell for row in rows_of(elements(tree, "table")[0]) for cell in row}
+
+
+def pictures_of(page: str, parsed: Parse) -> list[Image.Image]:
+    return [
+        Image.open(io.BytesIO(content_of(each.get("src"))))
+        for each in elements(parsed(page), "img")
+    ]
+
+
+def test_a_frame_is_shown_before_and_after(
+    page: str, parsed: Parse, of_noise: Calibration, frame: Frame
+) -> None:
+    before, after = pictures_of(page, parsed)
+
+    assert before.size == after.size == (334, 167)  # a third of 1000 × 500, rounded up
+    light = of_noise.linearize(frame.levels)
+    expected = (frame.levels / 255, named_curve("srgb").response(light))
+    for picture, brightness in zip((before, after), expected, strict=True):
+        column = np.asarray(picture)[80, 200] / 255
+        np.testing.assert_allclose(column, brightness[240, 600], atol=0.02)
+
+
+def test_a_frame_is_averaged_in_light(of_bracket: Calibration, parsed: Parse) -> None:
+    """Stripes of black and white are half the light, which sRGB shows as 0.735.
+
+    Their mean level would be a quarter of the light by this camera's curve.
+    """
+    stripes = np.zeros((960, 960, 1), dtype=np.uint16)
+    stripes[::2] = 65535
+
+    before, after = pictures_of(render(of_bracket, Frame(Path("a.tif"), stripes)), parsed)
+
+    assert before.mode == "L"
+    assert np.asarray(before).mean() / 255 == pytest.approx(0.5, abs=0.01)
+    assert np.asarray(after).mean() / 255 == pytest.approx(0.735, abs=0.01)
+
+
+def test_a_frame_is_shown_upright(linear_camera: Calibration, parsed: Parse) -> None:
+    """Orientation 6: the first row of the file is the right-hand column of the picture."""
+    levels = np.zeros((40, 80, 1), dtype=np.uint8)
+    levels[:10] = 255
+
+    before, _ = pictures_of(
+        render(linear_camera, Frame(Path("a.jpg"), levels, orientation=6)), parsed
+    )
+
+    assert before.size == (40, 80)
+    assert np.asarray(before)[:, -8:].min() > 240
+    assert np.asarray(before)[:, :24].max() < 15
