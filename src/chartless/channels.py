@@ -14,8 +14,8 @@ CHANNELS = ("auto", "rgb", "luma")
 """Ways to split a frame: as it is; red, green and blue; or the luma of the three."""
 MOST_STOPS = 0.1
 """Difference of exposure that frames of one exposure may have; rounding of EXIF stays below."""
-# Y of JPEG files: ITU-R BT.601.
-_LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+"""Weights of red, green and blue in Y of JPEG files: ITU-R BT.601."""
 
 
 def planes_of(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:
@@ -43,7 +43,7 @@ def planes_of(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:
         msg = f"{frame.path} is grey and has no red, green and blue: leave --channels at auto"
         raise ParameterError(msg)
     if channels == "luma" and n_channels == 3:  # noqa: PLR2004 - red, green, blue
-        luma: Levels = np.rint(levels @ _LUMA).astype(levels.dtype)
+        luma: Levels = np.rint(levels @ LUMA).astype(levels.dtype)
         planes = {"Y": luma}
     else:
         planes = {name: levels[..., c] for c, name in enumerate(frame.channel_names)}

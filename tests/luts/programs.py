@@ -20,13 +20,19 @@ LEVELS = np.repeat(np.arange(256, dtype=np.uint8)[np.newaxis, :, np.newaxis], 3,
 
 def program(name: str, package: str) -> str:
     """Path of a program of Debian; the test is skipped without, and fails in CI."""
-    path = shutil.which(name)
-    if path is None:
-        why = f"no {name}: apt-get install {package}"
-        if os.environ.get("CI") == "true":
-            pytest.fail(why)
-        pytest.skip(why)
-    return path
+    require(package, name)
+    return str(shutil.which(name))
+
+
+def require(package: str, *programs: str) -> None:
+    """Skip where a program is missing; on CI, where all of them belong, fail."""
+    missing = [each for each in programs if shutil.which(each) is None]
+    if not missing:
+        return
+    why = f"no {', '.join(missing)} here: apt-get install {package}"
+    if os.environ.get("CI") == "true":
+        pytest.fail(why)
+    pytest.skip(why)
 
 
 def ocio_processor(path: Path, *, inverse: bool = False) -> Ocio.Processor:

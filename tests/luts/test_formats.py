@@ -23,10 +23,17 @@ from chartless.luts import (
     import_response,
 )
 from chartless.luts._base import Source
-from chartless.luts._tables import above_zero, inverse_table, strictly_increasing
+from chartless.luts._tables import (
+    above_zero,
+    inverse_table,
+    luma,
+    strictly_increasing,
+    table_through_levels,
+)
 
 SETTINGS = ExportSettings(size=(64, 48))
 BRIGHTNESS = np.linspace(0, 1, 256)
+LUMA = (0.299, 0.587, 0.114)
 BOTH = [name for name, each in FORMATS.items() if each.is_written and each.is_read]
 WRITTEN = [name for name, each in FORMATS.items() if each.is_written]
 
@@ -43,7 +50,8 @@ def wanted(each: AbstractFormat, camera: Calibration) -> list[npt.NDArray[np.flo
     """Inverse responses that a file of the format should hold, channel by channel."""
     tables = [response.curve.inverse(BRIGHTNESS) for response in camera.channels]
     if each.keeps.channels != "each" and len(tables) > 1:
-        return [np.mean(tables, axis=0)]
+        weights = LUMA if "luma" in each.keeps.channels else None
+        return [np.average(tables, axis=0, weights=weights)]
     return tables
 
 
@@ -153,6 +161,8 @@ def test_floats_that_increase() -> None:
     assert rising == pytest.approx(np.maximum.accumulate(flat), abs=1e-6)
     steep = inverse_table(make_camera(ModelCurve("gamma", (0.4,))))
     assert np.array_equal(strictly_increasing(steep), steep.astype(np.float32))
+    above = strictly_increasing(np.zeros((256, 1)))[1:]
+    assert np.all(above >= np.finfo(np.float32).tiny)
 
 
 def test_black_for_logarithms_stays_below_the_next_level() -> None:
@@ -162,6 +172,59 @@ def test_black_for_logarithms_stays_below_the_next_level() -> None:
 
         assert 0 < table[0, 0] <= table[1, 0]
         assert np.array_equal(table[1:], inverse_table(camera)[1:])
+
+
+@given(curve=curves, n_rows=st.integers(511, 5000))
+def test_lines_between_rows_of_another_grid_meet_the_curve_at_its_levels(
+    curve: AbstractCurve, n_rows: int
+) -> None:
+    camera = make_camera(curve)
+
+    (table,) = table_through_levels(camera, n_rows).T
+
+    drawn = np.interp(BRIGHTNESS, np.linspace(0, 1, n_rows), table)
+    assert drawn == pytest.approx(curve.inverse(BRIGHTNESS), abs=1e-12)
+    assert np.all(np.diff(table) > -1e-15)
+    (steps,) = table_through_levels(camera, n_rows, nearest=True).T
+    nearest = steps[np.rint(BRIGHTNESS * (n_rows - 1)).astype(int)]
+    assert nearest == pytest.approx(curve.inverse(BRIGHTNESS), abs=1e-12)
+
+
+def test_coarser_grids_are_the_curve_itself() -> None:
+    camera = make_camera(*CURVES)
+
+    for n_rows in (2, 100, 256, 510):
+        assert np.array_equal(table_through_levels(camera, n_rows), inverse_table(camera, n_rows))
+
+
+def test_luma_is_exact_where_a_picture_has_no_colour() -> None:
+    grey = np.arange(256, dtype=np.uint8)
+    linear = make_camera(*CURVES).linearize(np.stack([grey] * 3, axis=-1)[np.newaxis])[0]
+
+    (column,) = luma(inverse_table(make_camera(*CURVES))).T
+
+    assert column == pytest.approx(linear @ np.array(LUMA), abs=1e-7)
+
+
+def test_pictures_that_are_there_already_stay(tmp_path: Path) -> None:
+    (tmp_path / "vignette.png").write_text("measured")
+
+    lost, files = export_response(make_camera(*CURVES), tmp_path / "pcalib.txt", "dso", SETTINGS)
+
+    assert "a new vignette.png, as there is one already" in lost
+    assert files == (tmp_path / "pcalib.txt",)
+    assert (tmp_path / "vignette.png").read_text() == "measured"
+
+
+def test_texts_longer_than_any_table_are_refused(tmp_path: Path) -> None:
+    head = "# rows: 256\n# columns: 3\n"
+    for text, message in (
+        (head + "1\n" * 400_000, "more lines than a table of 65536 levels"),
+        (head + "1 " * 4000, "a line of 7999 characters"),
+    ):
+        (tmp_path / "long.m").write_text(text)
+        with pytest.raises(CalibrationFileError, match=message):
+            import_response(tmp_path / "long.m")
 
 
 def test_a_source_reads_any_line_ends() -> None:
@@ -198,6 +261,18 @@ def assert_same_or_shared(each: AbstractFormat, camera: Calibration, again: Cali
         assert np.abs(had - has).max() <= each.precision
 
 
+def test_the_name_of_the_output_tells_the_format(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save(make_camera(*CURVES), tmp_path / "camera.json")
+
+    for name, format_name in (("camera.csv", "csv"), ("camera.crf", "radical")):
+        assert main(["export", str(tmp_path / "camera.json"), "-o", str(tmp_path / name)]) == 0
+        assert import_response(tmp_path / name).channels[0].method == format_name
+    assert main(["export", str(tmp_path / "camera.json"), "-o", str(tmp_path / "a.txt")]) == 2
+    assert ".txt files are of several formats: give --to dng or --to dso" in capsys.readouterr().err
+
+
 def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "--list"]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -217,6 +292,13 @@ def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
         (["{camera}", "-o", "{folder}/camera.json", "--to", "csv"], "would be overwritten"),
         (["{camera}", "--to", "csv", "--size", "0x7"], "--size must be width and height"),
         (["{camera}", "--to", "csv", "--levels", "1"], "between 2 and 65536 levels, not 1"),
+        (["{camera}", "--to", "hdrtoolbox", "--levels", "0"], "between 2 and 65536 levels, not 0"),
+        (
+            ["{camera}", "--to", "pfstools", "--levels", "300"],
+            "256, 512, 1024 … levels, not of 300",
+        ),
+        (["{camera}", "--to", "alicevision", "--levels", "99999999"], "levels, not 99999999"),
+        (["{camera}", "--to", "dso"], "give --size WIDTHxHEIGHT, such as 640x480"),
         (["{camera}", "--to", "csv", "-o", "{folder}/none/a.csv"], "does not exist: create it"),
     ],
 )

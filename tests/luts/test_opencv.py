@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 LEVELS = np.arange(256)
 GAMMAS = np.array([2.0, 2.2, 2.4])
 """Of blue, green and red."""
-FORMATS = ("yml", "xml", "json")
+LANGUAGES = ("yml", "xml", "json")
 
 
 def table(n_channels: int = 3) -> Floats:
@@ -142,7 +142,7 @@ def test_files_of_other_programs_are_not_recognised(data_path: Path) -> None:
 
 
 @pytest.mark.parametrize("n_channels", [1, 3])
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", LANGUAGES)
 def test_each_language_gives_the_same_curve(suffix: str, n_channels: int, tmp_path: Path) -> None:
     dt = "3f" if n_channels == 3 else "f"
     path = written(tmp_path, text_of(suffix, dt, response=table(n_channels)), f"crf.{suffix}")
@@ -157,7 +157,7 @@ def test_each_language_gives_the_same_curve(suffix: str, n_channels: int, tmp_pa
     assert camera.provenance["remarks"] == []
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", LANGUAGES)
 def test_gaps_are_filled_by_lines_and_remarked_on(suffix: str, tmp_path: Path) -> None:
     values = table()
     values[100:110, 0] = np.nan
@@ -202,7 +202,7 @@ def test_of_several_matrices_the_response_is_taken(tmp_path: Path) -> None:
     assert camera.channel("B").inverse_lut[128] == pytest.approx((128.5 / 255.5) ** 2, abs=1e-6)
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", LANGUAGES)
 def test_matrices_of_other_kinds_do_not_disturb(suffix: str, tmp_path: Path) -> None:
     text = text_of(suffix, crf=table())
     other = text_of(suffix, "u", n_rows=2, size=np.array([5.0, 7.0]))
@@ -250,7 +250,7 @@ def test_it_is_kept_as_a_calibration_file(tmp_path: Path) -> None:
 # Refusals
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", LANGUAGES)
 def test_a_file_cut_short_is_refused(suffix: str, tmp_path: Path) -> None:
     text = text_of(suffix, response=table())
 

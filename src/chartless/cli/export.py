@@ -176,11 +176,13 @@ def _print_formats(*, as_json: bool) -> None:
 
 
 def _name_by_suffix(output: Path | None) -> str:
-    """Return the only format whose files end so."""
+    """Return the format of that name, or the only one whose files end so."""
     from chartless.luts import FORMATS
 
     suffix = "" if output is None else output.suffix.lower()
     fitting = [each.name for each in FORMATS.values() if each.is_written and each.suffix == suffix]
+    if suffix[1:] in fitting:
+        return suffix[1:]
     if len(fitting) == 1:
         return fitting[0]
     if fitting:

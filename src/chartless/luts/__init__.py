@@ -23,4 +23,12 @@ from chartless.luts.spi1d import Spi1d as Spi1d  # isort: skip
 from chartless.luts.resolve import Resolve as Resolve  # isort: skip
 from chartless.luts.cube import Cube as Cube  # isort: skip
 from chartless.luts.hugin import Hugin as Hugin  # isort: skip
+from chartless.luts.npz import Npz as Npz  # isort: skip
+from chartless.luts.radical import Radical as Radical  # isort: skip
+from chartless.luts.hdrtoolbox import HdrToolbox as HdrToolbox  # isort: skip
+from chartless.luts.pfstools import PfsTools as PfsTools  # isort: skip
+from chartless.luts.luminance import Luminance as Luminance  # isort: skip
+from chartless.luts.alicevision import AliceVision as AliceVision  # isort: skip
 from chartless.luts.plain_csv import Csv as Csv  # isort: skip
+from chartless.luts.dng import Dng as Dng  # isort: skip
+from chartless.luts.dso import Dso as Dso  # isort: skip

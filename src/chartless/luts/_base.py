@@ -45,6 +45,10 @@ class ExportSettings:
     suffix: str = ""
     """Extension of the file to write, for formats that exist in several languages."""
 
+    def levels_or(self, usual: int) -> int:
+        """Entries of the table: those chosen, or what is usual in the format."""
+        return usual if self.n_levels is None else self.n_levels
+
 
 @dataclass(frozen=True, slots=True)
 class Encoded:

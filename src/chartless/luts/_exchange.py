@@ -80,12 +80,17 @@ def export_response(
     encoded = encode_response(calibration, name, settings)
     with atomic_path(path) as temporary:
         temporary.write_bytes(encoded.content)
-    beside = []
+    beside, kept = [], []
     for picture, values in encoded.pictures.items():
         from chartless.images import write_image
 
-        beside.append(path.parent / picture)
-        write_image(beside[-1], values, data_type="uint16", linear=False)
+        target = path.parent / picture
+        if target.exists():  # it may have been measured
+            kept.append(f"a new {picture}, as there is one already")
+            continue
+        write_image(target, values, data_type="uint16", linear=False)
+        beside.append(target)
+    encoded = replace(encoded, lost=(*encoded.lost, *kept))
     return _lost(FORMATS[name], calibration, encoded), (path, *beside)
 
 

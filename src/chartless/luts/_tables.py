@@ -6,9 +6,11 @@ Nearly every format is such a table: a row for each level, a column for each cha
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from chartless._version import __version__
 from chartless.calibration import Calibration
+from chartless.channels import LUMA
 from chartless.cooccurrence import MIN_LEVELS
 from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
@@ -24,6 +26,9 @@ _LARGEST = 1e38
 """As float32 has it; beyond are gaps, and irradiance below its inverse is none."""
 _RISE = 1e-9
 _LIFTED = 1e-3
+_SMALLEST = 1e-37  # float32 has fewer digits from 1.2e-38 on
+_MOST_LINES = 5 * MOST_LEVELS  # three channels and their weights, with room for headers
+_LONGEST_LINE = 1000
 
 
 def inverse_table(calibration: Calibration, n_levels: int | None = None) -> Floats:
@@ -41,11 +46,48 @@ def inverse_table(calibration: Calibration, n_levels: int | None = None) -> Floa
         If there are no tables of so many entries.
     """
     n_levels = calibration.channels[0].n_levels if n_levels is None else n_levels
-    if not 2 <= n_levels <= MOST_LEVELS:  # noqa: PLR2004 - a line needs two points
-        msg = f"a table has between 2 and {MOST_LEVELS} levels, not {n_levels}"
-        raise ParameterError(msg)
+    _require_entries(n_levels)
     brightness = np.linspace(0.0, 1.0, n_levels)
     return np.column_stack([each.curve.inverse(brightness) for each in calibration.channels])
+
+
+def table_through_levels(calibration: Calibration, n_rows: int, *, nearest: bool = False) -> Floats:
+    """Table of a grid on which the calibrated levels do not lie, yet which keeps them.
+
+    Straight lines between its rows, which most readers draw, meet the curve at every level: rows on
+    either side of a level lie on a line through it, no steeper than the curve is beside it.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    n_rows : int
+        2 … 65536. If fewer than two for each level, this is `inverse_table`.
+    nearest : bool
+        For readers that take the nearest row: both rows beside a level have its irradiance.
+
+    Returns
+    -------
+    ndarray, shape (n_rows, channels)
+
+    Raises
+    ------
+    ParameterError
+        If there are no tables of so many rows.
+    """
+    _require_entries(n_rows)
+    n_levels = calibration.channels[0].n_levels
+    if n_rows - 1 < 2 * (n_levels - 1):
+        return inverse_table(calibration, n_rows)
+    levels = inverse_table(calibration)
+    place = np.linspace(0.0, n_rows - 1.0, n_levels)
+    table = np.column_stack([np.interp(np.arange(n_rows), place, each) for each in levels.T])
+    slopes = np.diff(levels, axis=0) * (n_levels - 1) / (n_rows - 1)
+    (between,) = np.nonzero(place % 1)
+    gentle = 0.0 if nearest else np.minimum(slopes[between - 1], slopes[between])
+    below = place[between].astype(int)
+    for row in (below, below + 1):
+        table[row] = levels[between] + gentle * (row - place[between])[:, np.newaxis]
+    return table
 
 
 def in_colour(table: Floats) -> Floats:
@@ -62,15 +104,24 @@ def above_zero(table: Floats, calibration: Calibration) -> Floats:
     black = [each.curve.inverse(quarter) for each in calibration.channels]
     raised = table.copy()
     raised[0] = np.minimum(black, table[1])
-    return np.maximum(raised, np.finfo(np.float32).tiny)
+    return np.maximum(raised, _SMALLEST)
+
+
+def luma(table: Floats) -> Floats:
+    """Return one column: of three that of the picture made grey, exact where it has no colour."""
+    if table.shape[1] == 1:
+        return table
+    return np.average(table, axis=1, weights=LUMA)[:, np.newaxis]
 
 
 def strictly_increasing(table: Floats) -> Floats32:
     """Nearest float32 that increase down each column; entries of 0 and more.
 
     An entry that would not exceed the one before by two steps of float32 is put so much above.
+    None but 0 is so small that parsers of text may stop at it, as they do at 1e-38.
     """
-    rising = np.ascontiguousarray(table.T, dtype=np.float32)
+    normal = np.maximum(table.T, np.arange(len(table)) * _SMALLEST)
+    rising = np.ascontiguousarray(normal, dtype=np.float32)
     # Floats of one sign are in the order of their bits read as integers.
     steps = 2 * np.arange(rising.shape[1], dtype=np.int64)
     ordinals = rising.view(np.int32).astype(np.int64)
@@ -78,8 +129,43 @@ def strictly_increasing(table: Floats) -> Floats32:
     return apart.astype(np.int32).view(np.float32).T
 
 
+def lines_of(source: Source) -> list[str]:
+    """Lines of a text that are not blank, without the blanks at their ends.
+
+    Raises
+    ------
+    ValueError
+        If it is no text, or has more or longer lines than tables have.
+    """
+    text = source.text
+    if text.count("\n") > _MOST_LINES:
+        msg = f"it has more lines than a table of {MOST_LEVELS} levels"
+        raise ValueError(msg)
+    lines = [line.strip() for line in text.split("\n")]
+    longest = max(map(len, lines), default=0)
+    if longest > _LONGEST_LINE:
+        msg = f"it has a line of {longest} characters, which no row of a table needs"
+        raise ValueError(msg)
+    return [line for line in lines if line]
+
+
+def rows_of(source: Source, columns: Sequence[int]) -> Floats:
+    """Columns of comma-separated numbers below one line of names.
+
+    Raises
+    ------
+    ValueError
+        If they are none, or of fewer rows than 2 or more than a table has.
+    """
+    rows = lines_of(source)[1:]
+    if not 2 <= len(rows) <= MOST_LEVELS:  # noqa: PLR2004
+        msg = f"it has {len(rows)} rows, not 2 to {MOST_LEVELS}"
+        raise ValueError(msg)
+    return np.loadtxt(rows, comments=None, delimiter=",", usecols=columns, ndmin=2)
+
+
 def calibration_of(
-    table: Floats,
+    table: npt.NDArray[np.number],
     source: Source,
     method: str,
     *,
@@ -119,6 +205,8 @@ def calibration_of(
     if table.ndim != 2 or len(table) < 2:  # noqa: PLR2004
         msg = "its table has fewer than two entries"
         raise ValueError(msg)
+    with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is a gap like others
+        table = table.astype(np.float64)
     names = names or {1: GREY, 3: RGB}.get(table.shape[1])
     if names is None:
         msg = f"its table has {table.shape[1]} channels, not 1 or 3"
@@ -136,6 +224,12 @@ def calibration_of(
     )
 
 
+def _require_entries(number: int) -> None:
+    if not 2 <= number <= MOST_LEVELS:  # noqa: PLR2004 - a line needs two points
+        msg = f"a table has between 2 and {MOST_LEVELS} levels, not {number}"
+        raise ParameterError(msg)
+
+
 def _response(source: Source, method: str, name: str, column: Floats, notes: list[str]) -> Response:
     (known,) = np.nonzero(np.abs(column) < _LARGEST)
     inside = known[known > 0]
@@ -147,10 +241,11 @@ def _response(source: Source, method: str, name: str, column: Floats, notes: lis
         missing = column.size - known.size
         notes.append(f"{source.path}: channel {name}: filled {missing} levels without value")
     white = column[inside].max()
-    if known[0] == 0 and column[0] > _LIFTED * white:
-        share = column[0] / white
-        notes.append(f"{source.path}: channel {name}: black had {share:.1%} of white, now 0")
-    filled = np.interp(level, [0, *inside], [0.0, *(column[inside] / white)])
+    with np.errstate(over="ignore", invalid="ignore"):  # damaged files have any numbers
+        share = np.maximum(column / white, -1.0)
+    if known[0] == 0 and share[0] > _LIFTED:
+        notes.append(f"{source.path}: channel {name}: black had {share[0]:.1%} of white, now 0")
+    filled = np.interp(level, [0, *inside], [0.0, *share[inside]])
     rising = np.maximum.accumulate(np.maximum(filled, 0))
     # So little that it changes nothing keeps apart levels of one irradiance, which else would be
     # joined by a line to the next: white that begins below the top stays where it is.

@@ -15,7 +15,7 @@ from chartless.luts._base import (
     Source,
     register_format,
 )
-from chartless.luts._tables import GREY, RGB, calibration_of, inverse_table
+from chartless.luts._tables import GREY, RGB, calibration_of, inverse_table, lines_of
 from chartless.types import Floats
 
 _LEVEL, _SEEN = "level", "seen"
@@ -61,7 +61,7 @@ class Csv(AbstractFormat):
     @override
     def decode(self, source: Source) -> Calibration:
         """Calibration of a table with a column for each channel; other columns are left out."""
-        lines = [line for line in source.text.split("\n") if line.strip()]
+        lines = lines_of(source)
         header = [cell.strip() for cell in lines[0].split(",")] if lines else []
         names = next((each for each in (RGB, GREY) if set(each) <= set(header)), None)
         if names is None:
@@ -76,9 +76,11 @@ register_format(Csv())
 
 
 def _numbers(lines: list[str], places: list[int], n_columns: int) -> Floats:
-    rows = [line.split(",") for line in lines]
-    for number, row in enumerate(rows, start=2):
+    values = np.empty((len(lines), len(places)))
+    for number, line in enumerate(lines):
+        row = line.split(",")
         if len(row) != n_columns:
-            msg = f"line {number} has {len(row)} columns, not {n_columns}"
+            msg = f"line {number + 2} has {len(row)} columns, not {n_columns}"
             raise ValueError(msg)
-    return np.array([[float(row[place]) for place in places] for row in rows])
+        values[number] = [float(row[place]) for place in places]
+    return values
