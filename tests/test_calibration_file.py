@@ -16,7 +16,7 @@ from chartless.cli import main
 from chartless.curves import SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError, OutputError
 from chartless.flags import Flag, Pattern
-from chartless.response import ExposureEstimate, SearchHistory, Status
+from chartless.response import ExposureEstimate, RawEstimate, SearchHistory, Status
 
 
 def response_of(name: str = "Y", **changes: Any) -> Response:
@@ -120,10 +120,29 @@ def test_a_bracket_is_kept(
     assert (entry["exposures"] is None) == (exposures is None)
 
 
+def test_what_raw_files_told_comes_back(path: Path) -> None:
+    told = RawEstimate((1.5, -1 / 3, -1 / 6), (1.0, 1.1), 1.23456789012345678, 1e-3)
+    (response,) = again(one(response_of(raw=told)), path).channels
+
+    assert response.raw == told
+
+
+@pytest.mark.parametrize("raw", [{}, [1], {"matrix": [1, 2]}, {"matrix": "abc"}], ids=str)
+def test_damaged_words_about_raw_files_are_refused(raw: Any, path: Path) -> None:
+    save(one(response_of()), path)
+    content = json.loads(path.read_text())
+    rest = {"gains": [1], "corner_gain": 1, "scatter": 0.1}
+    content["channels"][0]["raw"] = {**rest, **raw} if isinstance(raw, dict) else raw
+    path.write_text(json.dumps(content))
+
+    with pytest.raises(CalibrationFileError, match="damaged calibration file"):
+        load(path)
+
+
 def test_older_files_know_no_exposures(path: Path) -> None:
     save(one(response_of()), path)
     content = json.loads(path.read_text())
-    for key in ("exposures", "outliers", "pattern", "inverse_lut_std_with_dark"):
+    for key in ("exposures", "raw", "outliers", "pattern", "inverse_lut_std_with_dark"):
         del content["channels"][0][key]
     path.write_text(json.dumps(content))
 

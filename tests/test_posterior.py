@@ -411,7 +411,7 @@ def test_deviations_of_levels_are_those_of_draws() -> None:
     drawn = space.mean + rng.normal(size=(4000, LEVELS)) @ root.T
     levels = [at_levels(space.edges(coordinates)) for coordinates in drawn]
 
-    deviations = deviations_at_levels(space.pull(space.mean), root @ root.T)
+    deviations = deviations_at_levels(space.pull(space.mean), root @ root.T, LEVELS)
 
     assert deviations[0] == deviations[-1] == 0
     np.testing.assert_allclose(np.std(levels, axis=0), deviations, rtol=0.06, atol=1e-12)

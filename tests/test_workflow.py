@@ -220,9 +220,9 @@ def test_frames_are_read_one_by_one(paths: list[Path], monkeypatch: pytest.Monke
     read: list[Path] = []
     original = images.read_frame
 
-    def noting(path: Any) -> Any:
+    def noting(path: Any, **how: Any) -> Any:
         read.append(Path(path))
-        return original(path)
+        return original(path, **how)
 
     monkeypatch.setattr(images, "read_frame", noting)
     copy = paths[1].with_name("copy.png")

@@ -127,7 +127,8 @@ def _evidence_of(
     files: list[Path], channels: str, n_levels: int, packed: _PackedMask | None
 ) -> NoiseEvidence:
     mask = None if packed is None else packed.mask
-    return noise_evidence(map(read_frame, files), channels=channels, n_levels=n_levels, mask=mask)
+    frames = (read_frame(file, raw=True) for file in files)
+    return noise_evidence(frames, channels=channels, n_levels=n_levels, mask=mask)
 
 
 def _joined_by_tree(arrivals: Iterable[tuple[int, NoiseEvidence]], n_runs: int) -> NoiseEvidence:

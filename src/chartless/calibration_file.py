@@ -26,6 +26,7 @@ from chartless.noise import AffineNoise
 from chartless.response import (
     ExposureEstimate,
     NoiseError,
+    RawEstimate,
     Response,
     SearchHistory,
     SeenTransfer,
@@ -144,6 +145,7 @@ def _response_to_json(response: Response) -> JsonObject:
         "status": response.status.value,
         "outliers": response.outliers,
         "exposures": _maybe(response.exposures, asdict),
+        "raw": _maybe(response.raw, asdict),
         "similarity": response.similarity,
         "deviance": response.deviance,
         "pattern": _maybe(response.pattern, lambda pattern: pattern.code),
@@ -183,6 +185,7 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         status=Status(entry["status"]),
         outliers=_maybe(entry.get("outliers"), float),
         exposures=_maybe(entry.get("exposures"), _exposures),
+        raw=_maybe(entry.get("raw"), _raw),
         similarity=_maybe(entry.get("similarity"), float),
         deviance=_maybe(entry.get("deviance"), float),
         pattern=_maybe(entry.get("pattern"), Pattern.from_code),
@@ -266,6 +269,16 @@ def _exposures(entry: JsonObject) -> ExposureEstimate:
             )
             for each in entry["transfers"]
         ),
+    )
+
+
+def _raw(entry: JsonObject) -> RawEstimate:
+    red, green, blue = (float(weight) for weight in entry["matrix"])
+    return RawEstimate(
+        (red, green, blue),
+        tuple(float(gain) for gain in entry["gains"]),
+        float(entry["corner_gain"]),
+        float(entry["scatter"]),
     )
 
 

@@ -120,6 +120,13 @@ class Flag(_Advice):
             "camera treats each picture differently: fix focus, white balance and picture style"
         ),
     )
+    UNEVEN_TONES = (
+        "uneven-tones",
+        (
+            "equal light is shown at different levels, the mark of tone mapping that depends on "
+            "the surroundings: switch off HDR, shadow lifting and other automatic enhancement"
+        ),
+    )
     LITTLE_OVERLAP = (
         "little-overlap",
         (

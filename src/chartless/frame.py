@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chartless.types import Floats32, Levels
+from chartless.types import Bools, Floats, Floats32, Levels
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,3 +127,41 @@ class Picture:
     values: Floats32
     orientation: int = 1
     remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawPicture:
+    """Light of one raw file, in cells: the least parts of the sensor that have all colours.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    light : ndarray of float32, shape (height, width, 3)
+        Red, green and blue of each cell, black being 0 and saturation 1; means where a cell has
+        several sites of a colour. A sensor without colours has three alike.
+    saturated : ndarray of bool, shape (height, width)
+        Whether a site in the cell is at saturation or close to it.
+    cell : tuple of int
+        Height and width of a cell in pixels, (2, 2) for a Bayer pattern.
+    white_balance : ndarray of float64, shape (3,)
+        By which the camera multiplied red, green and blue.
+    error : float
+        How far black may be from 0: half a level of the file.
+    remarks, sha256
+        As in `Frame`.
+    """
+
+    path: Path
+    light: Floats32
+    saturated: Bools
+    cell: tuple[int, int]
+    white_balance: Floats
+    error: float
+    remarks: tuple[str, ...] = ()
+    sha256: str = ""
+
+    @property
+    def source(self) -> FrameSource:
+        """As in `Frame`."""
+        return FrameSource(self.path, self.sha256, self.remarks)

@@ -109,7 +109,7 @@ def free_bound(
     information[[n_curve, n_curve + 1], [n_curve, n_curve + 1]] += TYPICAL_SPREAD**-2
     information[n_curve + 2 :, n_curve + 2 :] += scene_precision(pairs.weights.size)
     covariance = np.asarray(np.linalg.inv(information)[:n_curve, :n_curve], np.float64)
-    deviations = deviations_at_levels(pull, covariance)
+    deviations = deviations_at_levels(pull, covariance, edges.size + 1)
     # ∫ (σ_g f′)² dI over irradiance, level by level
     whole = np.concatenate([[0.0], edges, [1.0]])
     rise = np.diff(bin_edges(n_curve)) ** 2 / np.diff(whole)

@@ -474,9 +474,11 @@ def at_levels(edges: Floats) -> Floats:
     return np.concatenate([[0.0], (edges[1:] + edges[:-1]) / 2, [1.0]])
 
 
-def deviations_at_levels(pull: Callable[[Floats], Floats], covariance: Floats) -> Floats:
-    """Deviation of g at the levels, shape (L,), from the covariance of log slopes."""
-    changes = pull(_level_rows(len(covariance) - 1))
+def deviations_at_levels(
+    pull: Callable[[Floats], Floats], covariance: Floats, n_levels: int
+) -> Floats:
+    """Deviation of g at the levels, shape (L,), from the covariance of coordinates."""
+    changes = pull(_level_rows(n_levels - 1))
     variances = np.einsum("il,ij,jl->l", changes, covariance, changes, optimize=True)
     return np.concatenate([[0.0], np.sqrt(variances), [0.0]])
 

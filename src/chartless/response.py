@@ -88,6 +88,20 @@ class ExposureEstimate:
         return replace(self, transfers=transfers)
 
 
+@dataclass(frozen=True, slots=True)
+class RawEstimate:
+    """What raw files told besides the curve."""
+
+    matrix: tuple[float, float, float]
+    """Weights of the raw file's red, green and blue in the channel, of sum 1."""
+    gains: tuple[float, ...]
+    """By which the camera brightened each shot, the first being 1."""
+    corner_gain: float
+    """By which it brightened the corners against the middle, to make up for the lens."""
+    scatter: float
+    """Relative deviation of the light of greys from what the curve makes of their levels."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Response:
     """A camera's response in one channel, estimated.
@@ -137,6 +151,8 @@ class Response:
     the method leaves none out."""
     exposures: ExposureEstimate | None = None
     """Of a bracket, where the method tells it."""
+    raw: RawEstimate | None = None
+    """Of raw files, where there were some."""
     history: SearchHistory | None = None
     table: Cooccurrence | None = None
     """The evidence, for plots and for estimating again, without what was left out."""

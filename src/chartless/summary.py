@@ -58,6 +58,8 @@ def error_text(std: Floats | None) -> str:
 
 def fit_text(response: Response) -> str:
     """Goodness of fit, by the measure that the method has."""
+    if response.raw is not None:
+        return f"scatter {response.raw.scatter:.1%}"
     if response.deviance is not None:
         return f"deviance {response.deviance:.2f}"
     return "-" if response.similarity is None else f"similarity {response.similarity:.3f}"

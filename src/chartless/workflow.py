@@ -25,9 +25,11 @@ from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
 from chartless.evidence import NoiseEvidence, dark_histograms, joined, noise_evidence
 from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
 from chartless.flags import Flag
-from chartless.frame import CameraSettings, Frame, FrameSource
+from chartless.frame import CameraSettings, Frame, FrameSource, RawPicture
 from chartless.models import MODELS
 from chartless.plan import Plan, Times, planned
+from chartless.raw_blocks import RawEvidence, raw_evidence
+from chartless.raw_screening import screen_raw
 from chartless.response import Response, rmse
 from chartless.screening import screen
 from chartless.still import ENOUGH, still_evidence
@@ -39,18 +41,19 @@ Progress = Callable[[str, float], None]
 _LINEAR = 0.01  # RMSE from a straight line
 _LEVELS = 256  # to which frames are reduced unless asked
 _THREADS = 2  # threads; decoders let others run, and so do large arrays
-DEFAULT_METHOD = "likelihood"
+DEFAULT_METHOD, RAW_METHOD = "likelihood", "raw"
 
 
 def calibrate(
     frames: Sequence[str | os.PathLike[str] | Levels],
     *,
     model: str | None = None,
-    method: str = DEFAULT_METHOD,
+    method: str | None = None,
     channels: str = "auto",
     n_levels: int | None = None,
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
     dark: Sequence[str | os.PathLike[str] | Levels] = (),
+    raw: Sequence[str | os.PathLike[str]] = (),
     shared_noise: bool = False,
     evidence: str = "auto",
     times: Times = None,
@@ -65,7 +68,8 @@ def calibrate(
     """Calibrate a camera from frames of one still scene, of one exposure or of several.
 
     Frames of one exposure are compared for their noise, exposures for their levels; where an
-    exposure of several is repeated, both tell. EXIF or `times` decide which it is.
+    exposure of several is repeated, both tell. EXIF or `times` decide which it is. With `raw`,
+    frames are compared with the raw files of the same shots, and scenes may differ.
 
     Parameters
     ----------
@@ -75,9 +79,9 @@ def calibrate(
         Or one video, of which the longest still part is used (see `chartless.still`).
     model : str, optional
         Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
-        curve at all (likelihood, nlf) or ameegc2-exact (ism-bin, ism-sampled).
-    method : str
-        A name in `chartless.CALIBRATORS`.
+        curve at all (likelihood, nlf, raw) or ameegc2-exact (ism-bin, ism-sampled).
+    method : str, optional
+        A name in `chartless.CALIBRATORS`. Without, likelihood, or raw with raw files.
     channels : str
         "auto" (those of the frames, luma of a video), "rgb" or "luma".
     n_levels : int, optional
@@ -88,6 +92,8 @@ def calibrate(
     dark : sequence of paths or of ndarray
         Frames of the same camera with the same settings and the lens covered. They tell the
         noise at black and the curve there, of use where the scene has no dark parts.
+    raw : sequence of paths, optional
+        The raw file of each frame, of the same name but for the folder and the suffix.
     shared_noise : bool
         Whether all channels have one ratio of the noise parameters, as those of a sensor have
         before white balance; method likelihood only.
@@ -137,24 +143,27 @@ def calibrate(
     >>> abs(calibration.channel("Y").curve.response(0.18) - 0.46) < 0.05
     np.True_
     """
+    if method is None:
+        method = RAW_METHOD if raw else DEFAULT_METHOD
     calibrator = _calibrator(method, model, settings)
     joint = _joint(calibrator) if shared_noise else None
-    plan = _plan(frames, calibrator, times=times, time_error=time_error, kind=evidence)
-    if shared_noise and plan.bracket:
-        msg = f"channels share noise where frames are of one exposure, and this is {plan.reason}: "
-        msg += "leave --shared-noise away"
-        raise ParameterError(msg)
-    if n_levels is None:
-        n_levels = _default_levels(frames, channels)
-    read = _read(
-        frames,
-        plan,
-        progress,
-        jobs,
-        scheduler,
-        common={"channels": channels, "n_levels": n_levels, "mask": _read_mask(mask)},
-        bracket={"aligned": aligned, "bloom_radius": bloom_radius},
-    )
+    _require_raw(calibrator, raw=bool(raw), compared=evidence != "auto" or times is not None)
+    n_levels = _default_levels(frames, channels) if n_levels is None else n_levels
+    common = {"channels": channels, "n_levels": n_levels, "mask": _read_mask(mask)}
+    if raw:
+        read = _read_raw(frames, raw, progress, common)
+    else:
+        plan = _plan(frames, calibrator, times=times, time_error=time_error, kind=evidence)
+        _require_noise(plan, shared=shared_noise)
+        read = _read(
+            frames,
+            plan,
+            progress,
+            jobs,
+            scheduler,
+            common=common,
+            bracket={"aligned": aligned, "bloom_radius": bloom_radius},
+        )
     noise, bracket, names = read.noise, read.bracket, list(read.flags)
     dark_levels = dark_histograms(_dark_frames(dark, channels), names, channels, n_levels)
 
@@ -166,6 +175,7 @@ def calibrate(
         return calibrator.calibrate(
             None if noise is None else noise.tables[name],
             exposures=None if bracket is None else bracket.counts(name),
+            raw=None if read.raw is None else read.raw.blocks[name],
             channel=name,
             n_frames=2 if noise is None else noise.n_frames,
             dark=dark_levels.get(name),
@@ -199,7 +209,7 @@ def calibrate(
             "settings": {
                 "method": method,
                 "model": calibrator.family,
-                "evidence": plan.reason,
+                "evidence": read.reason,
                 "channels": channels,
                 "levels": n_levels,
                 "dark": [str(item) if not _is_array(item) else "array" for item in dark],
@@ -211,6 +221,7 @@ def calibrate(
             "remarks": [
                 *(f"{each.path}: {remark}" for each in read.sources for remark in each.remarks),
                 *_linear(responses),
+                *_raw_noise(read),
             ],
         },
     )
@@ -245,6 +256,28 @@ def _joint(calibrator: AbstractCalibrator) -> LikelihoodSearch:
     return calibrator
 
 
+def _require_noise(plan: Plan, *, shared: bool) -> None:
+    if shared and plan.bracket:
+        msg = (
+            f"channels share noise where frames are of one exposure, and this is {plan.reason}: "
+            "leave --shared-noise away"
+        )
+        raise ParameterError(msg)
+
+
+def _require_raw(calibrator: AbstractCalibrator, *, raw: bool, compared: bool) -> None:
+    """Refuse raw files for a method that takes none or in a comparison; one that does, without."""
+    if raw and compared:
+        msg = "raw files are compared shot by shot: leave --evidence and --times away"
+        raise ParameterError(msg)
+    if raw and "raw" not in calibrator.takes:
+        msg = f"{calibrator.method} takes no raw files: leave --method or --raw away"
+        raise ParameterError(msg)
+    if not raw and "raw" in calibrator.takes:
+        msg = f"{calibrator.method} compares pictures with their raw files: give these as --raw"
+        raise ParameterError(msg)
+
+
 def _is_array(item: object) -> bool:
     return isinstance(item, np.ndarray)
 
@@ -255,6 +288,22 @@ def _linear(responses: Sequence[Response]) -> list[str]:
     if any(rmse(response.curve, line) > _LINEAR for response in responses):
         return []
     return [f"the response is linear within {_LINEAR:g}: these pictures may hold light already"]
+
+
+def _raw_noise(read: "_Read") -> list[str]:
+    """Remark that sensors are not what is taken for usual in noise."""
+    files = [source.path for source in read.sources if source.path.suffix]  # arrays have none
+    if read.noise is None or read.bracket is not None or not files:
+        return []
+    from chartless.images import is_raw
+
+    if not any(map(is_raw, files)):
+        return []
+    text = (
+        "the noise of raw files grows with light far more than that of finished pictures, which "
+        "their curve is judged by: exposures of one scene tell better whether they are linear"
+    )
+    return [text]
 
 
 def _plan(
@@ -289,19 +338,22 @@ def _settings(item: str | os.PathLike[str] | Levels) -> CameraSettings:
         return CameraSettings()
     from chartless.images import read_settings
 
-    return read_settings(item)
+    return read_settings(item, raw=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Read:
     """What was read from the frames."""
 
-    noise: NoiseEvidence | None
-    bracket: BracketEvidence | None
+    reason: str
+    """What was read, in one sentence."""
     flags: dict[str, tuple[Flag, ...]]
     """Doubts about each channel, by its name."""
     sources: tuple[FrameSource, ...]
     bit_depth: int
+    noise: NoiseEvidence | None = None
+    bracket: BracketEvidence | None = None
+    raw: RawEvidence | None = None
 
 
 def _read(
@@ -317,9 +369,8 @@ def _read(
     """Read the evidence that was planned, and screen it."""
     if not plan.bracket:
         noise = _noise(items, progress, jobs, scheduler, common)
-        return _Read(
-            noise, None, dict(screen(noise.tables, noise.checks)), noise.sources, noise.bit_depth
-        )
+        own = dict(screen(noise.tables, noise.checks))
+        return _Read(plan.reason, own, noise.sources, noise.bit_depth, noise=noise)
     places = itertools.count(1)
 
     def on_frame(_: Frame) -> None:
@@ -336,7 +387,7 @@ def _read(
     )
     flags = screen_bracket(exposures)
     if not plan.noise:
-        return _Read(None, exposures, flags, exposures.sources, exposures.bit_depth)
+        return _Read(plan.reason, flags, exposures.sources, exposures.bit_depth, bracket=exposures)
     common = {**common, "n_levels": min(common["n_levels"], MOST_LEVELS)}
     repeated = [group for group in plan.groups if len(group) > 1]
     parts = [
@@ -349,7 +400,66 @@ def _read(
         for name, own in screen(noise.tables, noise.checks, covering=False).items()
     }
     repeats = [source for part in parts for source in part.sources[1:]]
-    return _Read(noise, exposures, both, (*exposures.sources, *repeats), exposures.bit_depth)
+    sources = (*exposures.sources, *repeats)
+    return _Read(plan.reason, both, sources, exposures.bit_depth, noise=noise, bracket=exposures)
+
+
+def _read_raw(
+    items: Sequence[str | os.PathLike[str] | Levels],
+    raw: Sequence[str | os.PathLike[str]],
+    progress: Progress | None,
+    common: dict[str, Any],
+) -> _Read:
+    """Read pictures and their raw files, and screen them."""
+    pairs = _paired(items, raw)
+
+    def shots() -> Iterator[tuple[RawPicture, Frame]]:
+        from chartless.images import read_frame, read_raw
+
+        for place, (picture, own) in enumerate(pairs, start=1):
+            yield read_raw(own), read_frame(picture)
+            if progress is not None:
+                progress("reading raw files", place / len(pairs))
+
+    common = {**common, "n_levels": min(common["n_levels"], MOST_LEVELS)}
+    evidence = raw_evidence(shots(), **common)
+    reason = "a raw file beside its picture"
+    if len(pairs) > 1:
+        reason = f"{len(pairs)} raw files beside their pictures"
+    flags = dict(screen_raw(evidence))
+    return _Read(reason, flags, evidence.sources, evidence.bit_depth, raw=evidence)
+
+
+def _paired(
+    items: Sequence[str | os.PathLike[str] | Levels], raw: Sequence[str | os.PathLike[str]]
+) -> list[tuple[Path, Path]]:
+    """Pictures with their raw files, by name; a single one of each belong together anyway."""
+    paths = [Path(item) for item in items if not isinstance(item, np.ndarray)]
+    if len(paths) < len(items):
+        msg = "pictures and raw files are matched by their names: give files, not arrays"
+        raise ParameterError(msg)
+    if len(paths) == len(raw) == 1:
+        return [(paths[0], Path(raw[0]))]
+    pictures, originals = _by_name(paths), _by_name([Path(each) for each in raw])
+    for name, path in originals.items():
+        if name not in pictures:
+            msg = f"{path}: no picture has its name: give its JPEG, such as {path.stem}.JPG"
+            raise UnfitFramesError(msg)
+    for name, path in pictures.items():
+        if name not in originals:
+            msg = f"{path}: no raw file has its name: give it as --raw, or leave the picture away"
+            raise UnfitFramesError(msg)
+    return [(path, originals[name]) for name, path in pictures.items()]
+
+
+def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
+    named: dict[str, Path] = {}
+    for path in paths:
+        first = named.setdefault(path.stem.lower(), path)
+        if first is not path:
+            msg = f"{first} and {path} have one name, by which raw files are matched: rename one"
+            raise UnfitFramesError(msg)
+    return named
 
 
 def _noise(
@@ -448,7 +558,7 @@ def _frames(items: Sequence[str | os.PathLike[str] | Levels]) -> Iterator[Frame]
             return _array_frame(item, number)
         from chartless.images import read_frame
 
-        return read_frame(item)
+        return read_frame(item, raw=True)
 
     with ThreadPoolExecutor(_THREADS) as pool:
         waiting: deque[Future[Frame]] = deque()

@@ -476,7 +476,7 @@ def test_format_with_uncertain_levels_is_refused(save: Save, rgb: Pixels) -> Non
 def test_raw_file_is_refused_rather_than_its_thumbnail_read(suffix: str, write: Write) -> None:
     message = refusal(write(f"a{suffix}", tiff_bytes(bytes(12), 4, 3)))
 
-    assert message.startswith("is a raw file, whose levels are linear already; calibrate from")
+    assert message.startswith("is a raw file, whose levels are linear already: give the camera's")
 
 
 def test_png_without_pixels_is_refused(write: Write, capfd: pytest.CaptureFixture[str]) -> None:

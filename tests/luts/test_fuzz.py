@@ -32,7 +32,7 @@ def seeds(name: str) -> list[bytes]:
     each = FORMATS[name]
     found = []
     for curves in (CURVES, CURVES[:1]):
-        for n_levels in (None, 17):
+        for n_levels in (None, 16):
             for suffix in (each.suffix, ".xml", ".json"):
                 settings = ExportSettings(n_levels=n_levels, size=(64, 48), suffix=suffix)
                 if each.is_written:

@@ -3,7 +3,8 @@
 `CALIBRATORS` has them by name: ``likelihood``, the exact likelihood of level pairs, is the
 default; ``nlf`` uses the noise level alone, in milliseconds; ``ism-bin`` is the image-similarity
 search of the source paper with levels integrated over their bins, ``ism-sampled`` as published.
-``debevec``, ``mitsunaga`` and ``robertson`` read exposures of the literature's way.
+``debevec``, ``mitsunaga`` and ``robertson`` read exposures of the literature's way; ``raw`` reads
+raw files beside their JPEGs.
 """
 
 from chartless.calibrators._base import CALIBRATORS, AbstractCalibrator, ChannelProgress
@@ -11,6 +12,7 @@ from chartless.calibrators.debevec import DebevecCalibrator
 from chartless.calibrators.likelihood import LikelihoodSearch
 from chartless.calibrators.mitsunaga import MitsunagaCalibrator
 from chartless.calibrators.noise_level import NoiseLevelSearch
+from chartless.calibrators.raw_pairs import RawPairSearch
 from chartless.calibrators.robertson import RobertsonCalibrator
 from chartless.calibrators.similarity_search import SimilaritySearch
 
@@ -22,6 +24,7 @@ __all__ = [
     "LikelihoodSearch",
     "MitsunagaCalibrator",
     "NoiseLevelSearch",
+    "RawPairSearch",
     "RobertsonCalibrator",
     "SimilaritySearch",
 ]

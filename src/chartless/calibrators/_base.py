@@ -9,6 +9,7 @@ from chartless._registry import Registry
 from chartless.cooccurrence import Cooccurrence
 from chartless.errors import ParameterError
 from chartless.exposure_likelihood import ExposureCounts
+from chartless.raw_blocks import RawBlocks
 from chartless.response import Response
 from chartless.types import Counts, JsonObject
 
@@ -24,6 +25,7 @@ class ChannelEvidence(NamedTuple):
     n_frames: int
     dark: Counts | None
     bracket: ExposureCounts | None
+    raw: RawBlocks | None
 
     @property
     def table(self) -> Cooccurrence:
@@ -37,13 +39,20 @@ class ChannelEvidence(NamedTuple):
         assert self.bracket is not None
         return self.bracket
 
+    @property
+    def blocks(self) -> RawBlocks:
+        """Light and level of the same blocks of pixels, for methods that take raw files."""
+        assert self.raw is not None
+        return self.raw
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractCalibrator(ABC):
     """Settings in the constructor, evidence to `calibrate`, a `Response` out."""
 
     takes: ClassVar[frozenset[str]] = frozenset({"noise"})
-    """Kinds of evidence that the method reads, of which it needs one: "noise", "exposures"."""
+    """Kinds of evidence that the method reads, of which it needs one: "noise", "exposures" or
+    "raw"."""
     uses_dark: ClassVar[bool] = False
     """Whether frames taken with the lens covered tell this method anything."""
 
@@ -73,6 +82,7 @@ class AbstractCalibrator(ABC):
         table: Cooccurrence | None = None,
         *,
         exposures: ExposureCounts | None = None,
+        raw: RawBlocks | None = None,
         channel: str = "Y",
         n_frames: int = 2,
         dark: Counts | None = None,
@@ -86,6 +96,8 @@ class AbstractCalibrator(ABC):
             Level pairs of frames of one exposure: what noise tells.
         exposures : ExposureCounts, optional
             Level pairs of different exposures.
+        raw : RawBlocks, optional
+            Light by raw files, and levels of their JPEGs.
         channel : str
             Name to carry in the result.
         n_frames : int
@@ -108,6 +120,7 @@ class AbstractCalibrator(ABC):
         """
         given = {"noise"} if table is not None else set()
         given |= {"exposures"} if exposures is not None else set()
+        given |= {"raw"} if raw is not None else set()
         if not given or not given <= self.takes:
             wanted, got = " or ".join(sorted(self.takes)), " and ".join(sorted(given)) or "nothing"
             msg = f"{self.method} estimates from {wanted}, not from {got}: choose another method"
@@ -115,7 +128,8 @@ class AbstractCalibrator(ABC):
         if dark is not None and not self.uses_dark:
             msg = f"{self.method} makes no use of dark frames: choose the method likelihood"
             raise ParameterError(msg)
-        return self._estimate(ChannelEvidence(channel, table, n_frames, dark, exposures), progress)
+        evidence = ChannelEvidence(channel, table, n_frames, dark, exposures, raw)
+        return self._estimate(evidence, progress)
 
     @abstractmethod
     def _estimate(

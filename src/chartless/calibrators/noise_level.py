@@ -59,7 +59,7 @@ class NoiseLevelSearch(AbstractCalibrator):
             at_levels(warped(fit.edges, TYPICAL_RATIO, TYPICAL_RATIO * float(np.exp(step))))
             for step in (-spread, spread)
         )
-        within = deviations_at_levels(space.pull(fit.log_slopes), fit.covariance)
+        within = deviations_at_levels(space.pull(fit.log_slopes), fit.covariance, table.n_levels)
         if progress is not None:
             progress(1.0)
         response = Response(

@@ -36,7 +36,8 @@ def calibrate(
         list[Path],
         typer.Argument(
             help="Two or more pictures of one still scene, of one exposure or of several; patterns "
-            "such as 'shots/*.png' or 'frame_%04d.png'; or one video.",
+            "such as 'shots/*.png' or 'frame_%04d.png'; or one video; with --raw one or more "
+            "pictures of any scenes.",
             show_default=False,
         ),
     ],
@@ -58,12 +59,14 @@ def calibrate(
         ),
     ] = None,
     method: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="Method: likelihood; of noise nlf (noise level alone, fast), ism-bin, ism-sampled "
-            "(image similarity); of exposures debevec, mitsunaga, robertson."
+            "(image similarity); of exposures debevec, mitsunaga, robertson [likelihood; with "
+            "--raw raw].",
+            show_default=False,
         ),
-    ] = "likelihood",
+    ] = None,
     channels: Annotated[
         str, typer.Option(help="auto (as in the file, luma of a video), rgb or luma.")
     ] = "auto",
@@ -82,6 +85,14 @@ def calibrate(
         typer.Option(
             help="Frame with the lens covered and the same settings; may be repeated. It tells the "
             "noise at black.",
+            show_default=False,
+        ),
+    ] = None,
+    raw: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Raw file of a picture, of the same name but for the suffix; may be repeated. It "
+            "tells the light of each pixel.",
             show_default=False,
         ),
     ] = None,
@@ -156,7 +167,8 @@ def calibrate(
 
     Two shots of one exposure from a tripod are enough: their noise tells the curve. An exposure
     bracket tells more; with an exposure repeated, both do. Frames of one exposure are compared
-    with the next, so give them in the order they were taken.
+    with the next, so give them in the order they were taken. JPEGs whose raw files are given tell
+    most: one shot of any scene with dark and bright parts is enough.
 
     \b
     Example:
@@ -164,6 +176,7 @@ def calibrate(
         chartless calibrate a.png b.png --dark cap1.png --dark cap2.png
         chartless calibrate bracket/*.jpg -o camera.json
         chartless calibrate dark.png middle.png bright.png --times 1,4,16
+        chartless calibrate IMG_1.JPG IMG_2.JPG --raw IMG_1.CR2 --raw IMG_2.CR2
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
         chartless calibrate clip.mp4 -o camera.json
     """
@@ -192,7 +205,7 @@ def calibrate(
             raise ParameterError(msg)
     if target is not None:
         require_writable(target)
-        if target.resolve() in {frame.resolve() for frame in frames}:
+        if target.resolve() in {frame.resolve() for frame in (*frames, *(raw or ()))}:
             msg = f"{target} is one of the frames and would be overwritten: choose another output"
             raise ParameterError(msg)
     with progress_bar() as progress:
@@ -204,6 +217,7 @@ def calibrate(
             n_levels=levels,
             mask=mask,
             dark=expanded(dark or ()),
+            raw=expanded(raw or ()),
             shared_noise=shared_noise,
             evidence=evidence,
             times=None if times is None else parse_times(times),
@@ -228,7 +242,8 @@ def calibrate(
         print_exposures(calibration)
         print_summary(calibration)
         n_frames = sum(_count(each) for each in calibration.provenance["inputs"])
-        print(f"\ncalibration of {n_frames} frames written to {target}")
+        what = "1 frame" if n_frames == 1 else f"{n_frames} frames"
+        print(f"\ncalibration of {what} written to {target}")
         if report is not None:
             print(f"report written to {report}")
     return FLAGGED if strict and calibration.flags else 0

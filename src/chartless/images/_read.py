@@ -17,10 +17,11 @@ import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 
 from chartless.errors import ImageError
-from chartless.frame import CameraSettings, Frame, Picture
+from chartless.frame import CameraSettings, Frame, Picture, RawPicture
 from chartless.images._depth import FEWEST_BITS, MOST_BITS, narrowed, significant_bits
 from chartless.images._png import SIGNATURE as PNG_SIGNATURE
 from chartless.images._png import PngHeader, read_png_header
+from chartless.images._raw import is_raw, raw_frame, raw_picture, raw_settings
 from chartless.types import Levels
 
 MAX_PIXELS = 1 << 30
@@ -39,10 +40,6 @@ _MAGIC = (
     b"\0\0\0\x0cjP  ",  # JPEG 2000
     b"v/1\x01",  # OpenEXR
 )
-_RAW_SUFFIXES = (
-    *(".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dng", ".erf", ".iiq", ".kdc", ".mrw"),
-    *(".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".srw"),
-)
 _FLOATS = (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
 _MOST_STOPS, _SAME_SHUTTER = 64, 0.12  # stops; 1/30 s and 1/32 s are 0.09 apart
 _WIDENED = (10, 12, 14)
@@ -54,7 +51,7 @@ _PNM_HEADER = re.compile(rb"P[2356](?:\s+(?:#[^\n]*\n\s*)*(\d+)){3}\s")
 _TOO_LARGE = re.compile(r"limit|may not exceed|header claims")
 
 
-def read_frame(path: str | os.PathLike[str]) -> Frame:
+def read_frame(path: str | os.PathLike[str], *, raw: bool = False) -> Frame:
     """Read the levels of a picture of 8 to 16 bits as they are stored.
 
     Parameters
@@ -62,6 +59,9 @@ def read_frame(path: str | os.PathLike[str]) -> Frame:
     path : path-like
         A PNG, TIFF, JPEG, BMP, PNM, WebP, JPEG 2000 or integer EXR file, recognised by its
         content.
+    raw : bool
+        Whether a raw file, recognised by its suffix, will do. Single sites of the sensor are read:
+        red, green and blue of a Bayer pattern, at half the size.
 
     Returns
     -------
@@ -76,7 +76,9 @@ def read_frame(path: str | os.PathLike[str]) -> Frame:
         RGB levels of 8 to 16 bits.
     """
     path = Path(path)
-    head = _read_head(path)
+    head = _read_head(path, raw=raw)
+    if is_raw(path):
+        return raw_frame(path, digest(path))
     png = _check_png(path) if head.startswith(PNG_SIGNATURE) else None
     source = _open(path, head)
     spec = source.spec()
@@ -128,8 +130,8 @@ def _levels(path: Path, samples: npt.NDArray[Any], noted: int | None) -> tuple[L
     return _levels(path, samples.astype(np.uint16), noted)
 
 
-def read_settings(path: str | os.PathLike[str]) -> CameraSettings:
-    """Read what the camera noted about a picture, without its pixels.
+def read_settings(path: str | os.PathLike[str], *, raw: bool = False) -> CameraSettings:
+    """Read what the camera noted about a picture, without its pixels; `raw` as in `read_frame`.
 
     Raises
     ------
@@ -137,7 +139,27 @@ def read_settings(path: str | os.PathLike[str]) -> CameraSettings:
         If the file is missing, unreadable or no picture.
     """
     path = Path(path)
-    return _settings(_open(path, _read_head(path)).spec())
+    head = _read_head(path, raw=raw)
+    return raw_settings(path) if is_raw(path) else _settings(_open(path, head).spec())
+
+
+def read_raw(path: str | os.PathLike[str]) -> RawPicture:
+    """Read the light of a raw file in cells of its colour pattern, nothing interpolated.
+
+    Parameters
+    ----------
+    path : path-like
+        A file that LibRaw knows, whatever its suffix.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, unreadable, damaged, or holds no single sites of a sensor of red,
+        green and blue or without colours; or if rawpy is not installed.
+    """
+    path = Path(path)
+    _read_head(path, raw=True)
+    return raw_picture(path, digest(path))
 
 
 def read_values(path: str | os.PathLike[str]) -> Picture:
@@ -177,14 +199,11 @@ def read_values(path: str | os.PathLike[str]) -> Picture:
     return Picture(light, _orientation(spec), tuple(_remarks(source, spec, None)))
 
 
-def _read_head(path: Path) -> bytes:
+def _read_head(path: Path, *, raw: bool = False) -> bytes:
     """Return the first bytes of the file; refuse what cannot be a picture at all."""
     head = require_file(path)
-    if path.suffix.lower() in _RAW_SUFFIXES:  # the TIFF reader would return the thumbnail
-        msg = (
-            "is a raw file, whose levels are linear already; "
-            "calibrate from the camera's JPEG, PNG or TIFF files"
-        )
+    if is_raw(path) and not raw:  # the TIFF reader would return the thumbnail
+        msg = "is a raw file, whose levels are linear already: give the camera's JPEG, PNG or TIFF"
         raise ImageError(str(path), msg)
     return head
 
