@@ -323,6 +323,14 @@ def test_a_file_too_large_is_not_read(tmp_path: Path) -> None:
     assert not is_foreign(path)
 
 
+def test_a_long_file_is_not_parsed(tmp_path: Path) -> None:
+    path = written(
+        tmp_path, text_of("xml", response=table()) + 200_000 * "<!-- and so on, and on -->"
+    )
+
+    assert "larger than any response of OpenCV" in refused(path)
+
+
 def test_what_is_no_text_and_what_is_not_there(tmp_path: Path) -> None:
     (tmp_path / "crf.yml").write_bytes(b"\xff\xfe\x00")
 

@@ -2,7 +2,14 @@
 
 from chartless.calibration import Calibration
 from chartless.luts._base import Source
-from chartless.luts._text import calibration_on, fields_of, floats, lines_of, table_of
+from chartless.luts._text import (
+    calibration_on,
+    fields_of,
+    floats,
+    lines_of,
+    table_of,
+    without_comments,
+)
 
 N_CHANNELS = 3
 _STARTS_NUMBER = "+-.0123456789"
@@ -16,7 +23,7 @@ def read_cube(source: Source, method: str) -> Calibration:
     ValueError
         If it is damaged, or holds a table of three dimensions.
     """
-    lines = lines_of(source)
+    lines = without_comments(lines_of(source))
     start = next((i for i, line in enumerate(lines) if line[0] in _STARTS_NUMBER), len(lines))
     fields = fields_of(lines[:start])
     if "LUT_3D_SIZE" in fields:

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless.luts._base import Source
-from chartless.luts._tables import MOST_LEVELS, lines_of
+from chartless.luts._tables import MOST_LEVELS
+from chartless.luts._text import lines_of
 from chartless.types import Floats
 
 

@@ -27,8 +27,6 @@ _LARGEST = 1e38
 _RISE = 1e-9
 _LIFTED = 1e-3
 _SMALLEST = 1e-37  # float32 has fewer digits from 1.2e-38 on
-_MOST_LINES = 5 * MOST_LEVELS  # three channels and their weights, with room for headers
-_LONGEST_LINE = 1000
 
 
 def inverse_table(calibration: Calibration, n_levels: int | None = None) -> Floats:
@@ -127,41 +125,6 @@ def strictly_increasing(table: Floats) -> Floats32:
     ordinals = rising.view(np.int32).astype(np.int64)
     apart = np.maximum.accumulate(ordinals - steps, axis=1) + steps
     return apart.astype(np.int32).view(np.float32).T
-
-
-def lines_of(source: Source) -> list[str]:
-    """Lines of a text that are not blank, without the blanks at their ends.
-
-    Raises
-    ------
-    ValueError
-        If it is no text, or has more or longer lines than tables have.
-    """
-    text = source.text
-    if text.count("\n") > _MOST_LINES:
-        msg = f"it has more lines than a table of {MOST_LEVELS} levels"
-        raise ValueError(msg)
-    lines = [line.strip() for line in text.split("\n")]
-    longest = max(map(len, lines), default=0)
-    if longest > _LONGEST_LINE:
-        msg = f"it has a line of {longest} characters, which no row of a table needs"
-        raise ValueError(msg)
-    return [line for line in lines if line]
-
-
-def rows_of(source: Source, columns: Sequence[int]) -> Floats:
-    """Columns of comma-separated numbers below one line of names.
-
-    Raises
-    ------
-    ValueError
-        If they are none, or of fewer rows than 2 or more than a table has.
-    """
-    rows = lines_of(source)[1:]
-    if not 2 <= len(rows) <= MOST_LEVELS:  # noqa: PLR2004
-        msg = f"it has {len(rows)} rows, not 2 to {MOST_LEVELS}"
-        raise ValueError(msg)
-    return np.loadtxt(rows, comments=None, delimiter=",", usecols=columns, ndmin=2)
 
 
 def calibration_of(

@@ -1,6 +1,6 @@
-"""Tables of numbers as text: a line for each entry, a word for each channel."""
+"""Tables of numbers as text: a line for each entry."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -9,8 +9,8 @@ from chartless.luts._base import Source
 from chartless.luts._tables import MOST_LEVELS, calibration_of
 from chartless.types import Floats
 
-_MOST_LINES = 2 * MOST_LEVELS
-_LONGEST_LINE = 1 << 16
+_MOST_LINES = 5 * MOST_LEVELS  # three channels and their weights, with room for headers
+_LONGEST_LINE = 1000
 _WIDEST = 1e6
 _RESAMPLED = 4096
 
@@ -21,22 +21,43 @@ def rows_of(table: Floats) -> str:
 
 
 def lines_of(source: Source) -> list[str]:
-    """Lines that say something: stripped, without empty ones and comments (#).
+    """Lines of a text that are not blank, without the blanks at their ends.
 
     Raises
     ------
     ValueError
-        If it is no text, or has more and longer lines than any table.
+        If it is no text, or has more or longer lines than tables have.
     """
     text = source.text
     if text.count("\n") > _MOST_LINES:
-        msg = f"has more than {_MOST_LINES} lines"
+        msg = f"it has more lines than a table of {MOST_LEVELS} levels"
         raise ValueError(msg)
     lines = [line.strip() for line in text.split("\n")]
-    if max(map(len, lines)) > _LONGEST_LINE:
-        msg = "has lines too long for a table"
+    longest = max(map(len, lines), default=0)
+    if longest > _LONGEST_LINE:
+        msg = f"it has a line of {longest} characters, which no row of a table needs"
         raise ValueError(msg)
-    return [line for line in lines if line and not line.startswith("#")]
+    return [line for line in lines if line]
+
+
+def columns_of(source: Source, columns: Sequence[int]) -> Floats:
+    """Columns of comma-separated numbers below one line of names.
+
+    Raises
+    ------
+    ValueError
+        If they are none, or of fewer rows than 2 or more than a table has.
+    """
+    rows = lines_of(source)[1:]
+    if not 2 <= len(rows) <= MOST_LEVELS:  # noqa: PLR2004 - a line needs two points
+        msg = f"it has {len(rows)} rows, not 2 to {MOST_LEVELS}"
+        raise ValueError(msg)
+    return np.loadtxt(rows, comments=None, delimiter=",", usecols=columns, ndmin=2)
+
+
+def without_comments(lines: Iterable[str]) -> list[str]:
+    """Lines that do not begin with #."""
+    return [line for line in lines if not line.startswith("#")]
 
 
 def fields_of(lines: Iterable[str]) -> dict[str, str]:

@@ -24,10 +24,10 @@ from chartless.luts._base import (
 from chartless.luts._tables import (
     calibration_of,
     in_colour,
-    rows_of,
     strictly_increasing,
     table_through_levels,
 )
+from chartless.luts._text import columns_of
 
 _USUAL_LEVELS = 1024
 _HEADER = "rgbCurve,Red,Green,Blue,"
@@ -62,7 +62,7 @@ class AliceVision(AbstractFormat):
 
     @override
     def decode(self, source: Source) -> Calibration:
-        return calibration_of(rows_of(source, (1, 2, 3)), source, self.name)
+        return calibration_of(columns_of(source, (1, 2, 3)), source, self.name)
 
 
 register_format(AliceVision())

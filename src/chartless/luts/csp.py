@@ -19,7 +19,14 @@ from chartless.luts._base import (
     register_format,
 )
 from chartless.luts._tables import in_colour, inverse_table
-from chartless.luts._text import calibration_on, floats, lines_of, rows_of, table_of
+from chartless.luts._text import (
+    calibration_on,
+    floats,
+    lines_of,
+    rows_of,
+    table_of,
+    without_comments,
+)
 
 _MARK = "CSPLUTV100"
 _UNIT = "2\n0.0 1.0\n0.0 1.0\n"
@@ -60,7 +67,7 @@ class Csp(AbstractFormat):
 
         Pre-tables must be of two points that go to 0 and 1.
         """
-        lines = lines_of(source)
+        lines = without_comments(lines_of(source))
         if lines[1:2] != ["1D"]:
             msg = "is no table of one dimension (1D): others mix the channels"
             raise ValueError(msg)

@@ -28,10 +28,10 @@ from chartless.luts._tables import (
     above_zero,
     calibration_of,
     in_colour,
-    rows_of,
     strictly_increasing,
     table_through_levels,
 )
+from chartless.luts._text import columns_of
 from chartless.types import Floats
 
 _LEVELS = 4096
@@ -78,7 +78,7 @@ class Luminance(AbstractFormat):
     @override
     def decode(self, source: Source) -> Calibration:
         if source.head.startswith(_HEADER):
-            return calibration_of(rows_of(source, (1, 3, 5)), source, self.name)
+            return calibration_of(columns_of(source, (1, 3, 5)), source, self.name)
         return calibration_of(_matrix(source), source, self.name)
 
 

@@ -38,6 +38,7 @@ N_LEVELS = 256
 UNIT_LEVEL = 128
 """Level of irradiance 1."""
 
+_MOST_BYTES = 1 << 22  # 256 levels take some 10 kB
 _MATRICES = ("opencv-matrix", "opencv-nd-matrix")
 _NODE = re.compile(
     r"^([^\s#:]+):[ ]*!!(opencv-(?:nd-)?matrix)[ ]*\n((?:[ \t]+[^\n]*(?:\n|\Z))*)", re.MULTILINE
@@ -92,6 +93,9 @@ class OpenCv(AbstractFormat):
 
         Of several matrices the one named "response" is taken, or the only one that can be it.
         """
+        if len(source.content) > _MOST_BYTES:
+            msg = "is larger than any response of OpenCV: give the file that holds it alone"
+            raise ValueError(msg)
         table = _response_table(list(_matrices(source.text)))
         return calibration_of(table, source, self.name, names=_NAMES[table.shape[1]])
 

@@ -15,7 +15,8 @@ from chartless.luts._base import (
     Source,
     register_format,
 )
-from chartless.luts._tables import GREY, RGB, calibration_of, inverse_table, lines_of
+from chartless.luts._tables import GREY, RGB, calibration_of, inverse_table
+from chartless.luts._text import lines_of
 from chartless.types import Floats
 
 _LEVEL, _SEEN = "level", "seen"

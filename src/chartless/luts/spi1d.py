@@ -15,7 +15,15 @@ from chartless.luts._base import (
     register_format,
 )
 from chartless.luts._tables import inverse_table
-from chartless.luts._text import calibration_on, fields_of, floats, lines_of, rows_of, table_of
+from chartless.luts._text import (
+    calibration_on,
+    fields_of,
+    floats,
+    lines_of,
+    rows_of,
+    table_of,
+    without_comments,
+)
 
 
 @final
@@ -51,7 +59,7 @@ class Spi1d(AbstractFormat):
     @override
     def decode(self, source: Source) -> Calibration:
         """Calibration of a table of 1 or 3 components; one of its own domain is resampled."""
-        lines = lines_of(source)
+        lines = without_comments(lines_of(source))
         if not ("{" in lines and "}" in lines):
             msg = "has no table between braces, or it is cut short"
             raise ValueError(msg)
