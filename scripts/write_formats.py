@@ -48,6 +48,8 @@ def row(each: AbstractFormat) -> list[str]:
     """Cells of the table."""
     keeps = each.keeps
     held = {"error band": keeps.band, "levels seen": keeps.range}
+    if keeps.curves:
+        held[f"all but the {keeps.curves}"] = ""
     return [
         f"[{each.name}](#{each.name})",
         f"`{each.suffix}`",
