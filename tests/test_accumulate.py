@@ -158,7 +158,7 @@ def test_never_more_than_two_frames_are_held(monkeypatch: pytest.MonkeyPatch) ->
     alive: list[weakref.ref[Any]] = []
     most = 0
 
-    def read(path: Path) -> Frame:
+    def read(path: Path, **_: bool) -> Frame:
         nonlocal most
         levels = levels_of(int(path.stem))
         alive.append(weakref.ref(levels))
@@ -177,7 +177,7 @@ def test_memory_does_not_grow_with_the_number_of_frames(monkeypatch: pytest.Monk
     shape = (300, 400, 3)
     pictures = [levels_of(n, shape) for n in (1, 2)]
 
-    def read(path: Path) -> Frame:
+    def read(path: Path, **_: bool) -> Frame:
         return Frame(path, pictures[int(path.stem) % 2].copy())
 
     def peak(n_frames: int) -> int:

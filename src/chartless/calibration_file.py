@@ -89,7 +89,10 @@ def load(path: str | os.PathLike[str]) -> Calibration:
         msg = f"{path}: cannot be read: {error.strerror or error}"
         raise CalibrationFileError(msg) from error
     except (ValueError, RecursionError) as error:
-        msg = f"{path}: not a calibration file: not JSON; give a file that calibrate -o wrote"
+        msg = (
+            f"{path}: not a calibration file: not JSON; give a file that calibrate -o wrote, or a "
+            "response of another program"
+        )
         raise CalibrationFileError(msg) from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         msg = f"{path}: not a calibration file: no format {FORMAT!r}; give one by calibrate -o"

@@ -23,8 +23,9 @@ for does not shrink with the number of pixels. Both need a first estimate, after
 
 Where repeated exposures tell the noise, u and v here are only what fits: real noise is known
 better, and must not be bent to what lies between exposures. Nor may they say which of the curves
-f^γ it is, through how the spread grows with irradiance. So after the first estimate the noise of a
-row is that share of m_j which it was there, times a common factor: it turns with γ as all does.
+f^γ it is, through how the spread grows with irradiance. So unless the exposures are exact, after
+the first estimate the noise of a row is that share of m_j which it was there, times a common
+factor: it turns with γ as all does.
 
 A table of such counts is a comparagram (Mann 2000, "Comparametric equations with practical
 applications in quantigraphic image processing", doi:10.1109/83.855434).
@@ -219,16 +220,17 @@ class ExposureModel:
     def informed(self) -> tuple[ExposureCounts, Floats]:
         """Counts with shifts, weights and noise of rows as this state asks for; own unknowns."""
         counts, own = self._counts, self._own
+        keeps = counts.own_noise and counts.exposure_error > 0
         tables = [
             replace(
                 table,
                 weight=rows.weight(),
                 shift=_shift(table.histogram, self._edges, self._noise),
-                noise=rows.relative_noise() if counts.own_noise else None,
+                noise=rows.relative_noise() if keeps else None,
             )
             for table, rows in zip(counts.tables, self._rows, strict=True)
         ]
-        if counts.own_noise:
+        if keeps:
             own = np.concatenate([own[:1], np.zeros(1), own[counts.first_change :]])
         return replace(counts, tables=tuple(tables)), own
 

@@ -120,7 +120,7 @@ def planned(
     if len(groups) == 1 and kind == "auto":
         return _noise_alone(len(names), f"noise, as all frames have one exposure by {source}")
     reason = (
-        f"a bracket of {len(groups)} exposures, 1 to {math.exp(np.ptp(levels)):.3g} by {source}"
+        f"a bracket of {len(groups)} exposures, 1 to {math.exp(np.ptp(levels)):.4g} by {source}"
     )
     noise, told = _repeats(groups, kind)
     return _checked(Plan(groups, levels, error, reason + told, noise=noise, bracket=True), kind)

@@ -57,7 +57,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
 
     Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
     with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, or of which
-    no error is known. Others are good.
+    no error or no goodness of fit is known. Others are good.
 
     Parameters
     ----------
@@ -94,6 +94,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
         fine.append(f"{how_sure}.")
     if len(known) < len(stds):
         doubtful.append("How sure the curve is, is not known.")
+    if any(_is_untested(response) for response in channels):
+        doubtful.append("Whether curve and noise explain the pictures was not tested.")
     if other:
         doubtful.append(f"Doubtful: {_listed(other)}.")
     grade = Grade.DISTRUST if bad else Grade.CARE if doubtful else Grade.GOOD
@@ -105,6 +107,11 @@ def _grave(response: Response) -> set[Flag]:
     return {
         flag for flag in response.flags if flag in GRAVE and not (slight and flag is Flag.MISFIT)
     }
+
+
+def _is_untested(response: Response) -> bool:
+    """Whether level pairs were fitted by a method that tells no goodness of fit."""
+    return response.table is not None and response.deviance is None and response.similarity is None
 
 
 def _listed(flags: set[Flag]) -> str:

@@ -520,7 +520,7 @@ def _is_video(item: str | os.PathLike[str] | Levels) -> TypeGuard[str | os.PathL
 
 def _default_levels(items: Sequence[str | os.PathLike[str] | Levels], channels: str) -> int:
     """As many levels as a video has, if these are less than usual."""
-    if not _is_video(items[0]):
+    if not items or not _is_video(items[0]):
         return _LEVELS
     from chartless.images import read_video
 

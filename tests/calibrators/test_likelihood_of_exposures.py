@@ -218,10 +218,10 @@ def test_a_repeated_exposure_tells_the_exponent() -> None:
 
     assert both.exposures is not None
     gamma = np.log(both.exposures.relative[-1]) / np.log(8)
-    # The claim is too tight: see the slow test of many cameras.
-    assert abs(np.log(gamma)) < 0.05
+    # Of few levels, it is told less well than it is said: see the slow test of many cameras.
+    assert abs(np.log(gamma)) < 0.06
     assert both.exposures.exponent_error < 0.05
-    assert rmse(both.curve, CURVES["srgb"]) < 0.01
+    assert rmse(both.curve, CURVES["srgb"]) < 0.02
     assert Flag.EXPONENT_UNKNOWN not in both.flags
 
 
@@ -353,8 +353,7 @@ def drawn_curve(rng: np.random.Generator) -> SampledCurve:
 def test_the_exponent_is_as_sure_as_it_is_said_to_be(capsys: pytest.CaptureFixture[str]) -> None:
     """24 cameras, exposures of unknown ratio, one of them repeated twice.
 
-    Claimed deviations are 0.004 and the model is half a per cent off, which it does not know; and
-    a search that did not come to its end says so, and may be anywhere.
+    A search that did not come to its end says so, and may be anywhere.
     """
     rng = np.random.default_rng(2003)
     errors, claims, ended = [], [], []
@@ -386,7 +385,7 @@ def test_the_exponent_is_as_sure_as_it_is_said_to_be(capsys: pytest.CaptureFixtu
             f"median claim {np.median(claims):.4f}, mean error {error.mean():+.4f}\n"
         )
     assert error.size >= 20
-    assert np.mean(np.abs(error) < 2 * np.hypot(claim, 0.005)) >= 0.9
+    assert np.mean(np.abs(error) < 2 * claim) >= 0.9
 
 
 # Real cameras

@@ -1,11 +1,12 @@
 """``chartless calibrate`` with raw files: beside their pictures, and as frames themselves."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Chartless, Refusal
 from PIL import Image
 from raw_cameras import XTRANS, Camera, patches, write_dng
 from scipy.ndimage import gaussian_filter
@@ -13,6 +14,9 @@ from scipy.ndimage import gaussian_filter
 from chartless import calibrate, load, named_curve
 from chartless.errors import ParameterError
 from chartless.response import rmse
+
+Chartless = Callable[..., Any]
+Refusal = Callable[..., str]
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +39,7 @@ def test_a_picture_and_its_raw_file_give_a_calibration(
     assert done.status == 0, done.err
     assert "note: evidence: a raw file beside its picture" in done.err
     assert "scatter " in done.out
-    assert "calibration of 1 frame written" in done.out
+    assert "calibration of 2 files written" in done.out
     camera = load(output)
     for response in camera.channels:
         assert rmse(response.curve, named_curve("srgb")) < 0.012

@@ -293,7 +293,6 @@ def test_a_calibration_of_colours_does_not_fit_a_grey_picture(
     ("output", "why"),
     [
         ("light.jpg", "pictures are written as .exr, .tif, .tiff, .png, .hdr, not as '.jpg'"),
-        ("light", "pictures are written as .exr, .tif, .tiff, .png"),
         ("missing/light.exr", "does not exist: create it first"),
         ("picture.png/light.exr", "is a file, not a folder"),
     ],

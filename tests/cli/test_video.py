@@ -166,7 +166,7 @@ def test_what_was_written_is_a_pattern_to_read(
 def test_a_video_needs_a_folder(
     record: Record, grey_camera: Path, refusal: Refusal, tmp_path: Path
 ) -> None:
-    output = tmp_path / "none"
+    output = tmp_path / "none.exr"
 
     assert refusal("linearize", grey_camera, record(), "-o", output) == (
         f"{output} is no folder, and a video needs one: create it first"

@@ -319,3 +319,17 @@ def test_reading_pictures_does_not_import_pyav() -> None:
 )
 def test_videos_are_known_by_their_names(name: str, expected: bool) -> None:
     assert is_video(name) == expected
+
+
+@pytest.mark.parametrize("name", ["cut.mkv", "cut.avi"])
+def test_a_video_that_was_cut_short_is_refused(name: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    shots = [grey_planes(rng.integers(16, 236, (48, 64), dtype=np.uint8)) for _ in range(75)]
+    whole = write_video(tmp_path / name, shots)
+    assert len(list(read_video(whole))) == 75
+
+    content = whole.read_bytes()
+    whole.write_bytes(content[: len(content) // 3])
+
+    with pytest.raises(ImageError, match=r"ends after frame \d+, before its time|is damaged"):
+        list(read_video(whole))

@@ -15,6 +15,7 @@ from chartless.calibration_file import load, save
 from chartless.cli import main
 from chartless.curves import AbstractCurve, ModelCurve
 from chartless.errors import CalibrationFileError, ParameterError
+from chartless.images import write_image
 from chartless.luts import (
     FORMATS,
     AbstractFormat,
@@ -207,13 +208,19 @@ def test_luma_is_exact_where_a_picture_has_no_colour() -> None:
 
 
 def test_pictures_that_are_there_already_stay(tmp_path: Path) -> None:
-    (tmp_path / "vignette.png").write_text("measured")
+    vignette = tmp_path / "vignette.png"
+    write_image(vignette, np.full((48, 64, 1), 0.5))
+    measured = vignette.read_bytes()
 
     lost, files = export_response(make_camera(*CURVES), tmp_path / "pcalib.txt", "dso", SETTINGS)
 
     assert "a new vignette.png, as there is one already" in lost
     assert files == (tmp_path / "pcalib.txt",)
-    assert (tmp_path / "vignette.png").read_text() == "measured"
+    assert vignette.read_bytes() == measured
+    other = ExportSettings(size=(640, 480))
+    with pytest.raises(ParameterError, match="there already and not of 640 × 480 pixels"):
+        export_response(make_camera(*CURVES), tmp_path / "other.txt", "dso", other)
+    assert not (tmp_path / "other.txt").exists()
 
 
 def test_texts_longer_than_any_table_are_refused(tmp_path: Path) -> None:
@@ -242,7 +249,8 @@ def test_export_and_import(name: str, tmp_path: Path, capsys: pytest.CaptureFixt
     save(make_camera(*CURVES, seen=(3, 250)), tmp_path / "camera.json")
     target = tmp_path / f"foreign{each.suffix}"
 
-    arguments = ["--to", name, "--size", "64x48", "-o", str(target)]
+    size = ["--size", "64x48"] if "size" in each.takes else []
+    arguments = ["--to", name, *size, "-o", str(target)]
     assert main(["export", str(tmp_path / "camera.json"), *arguments]) == 0
 
     told = capsys.readouterr()
@@ -259,6 +267,25 @@ def assert_same_or_shared(each: AbstractFormat, camera: Calibration, again: Cali
     tables = wanted(each, camera)
     for had, has in zip(tables, held(again), strict=False):
         assert np.abs(had - has).max() <= each.precision
+
+
+def test_names_where_none_is_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    camera = tmp_path / "camera.json"
+    save(make_camera(*CURVES), camera)
+    before = camera.read_bytes()
+
+    names = {"csv": "camera.csv", "cube": "camera.cube", "dng": "camera_dng.txt"}
+    for name, written in {**names, "alicevision": "camera_alicevision.csv"}.items():
+        assert main(["export", str(camera), "--to", name]) == 0
+        assert capsys.readouterr().out.split() == [str(tmp_path / written)]
+    assert main(["import", str(tmp_path / "camera.cube")]) == 2
+    assert "camera.json is there already: name" in capsys.readouterr().err
+    assert camera.read_bytes() == before
+    assert main(["import", str(tmp_path / "camera_dng.txt")]) == 0
+    assert "read as dng, " in capsys.readouterr().out
+    assert len(load(tmp_path / "camera_dng.json").channels) == 1
+    assert main(["import", str(camera), "-o", str(tmp_path / "a.json")]) == 2
+    assert "is a calibration of chartless already" in capsys.readouterr().err
 
 
 def test_the_name_of_the_output_tells_the_format(
@@ -290,7 +317,10 @@ def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
         (["{camera}", "--to", "cubes"], "unknown format 'cubes'"),
         (["{camera}"], "name the format with --to"),
         (["{camera}", "-o", "{folder}/camera.json", "--to", "csv"], "would be overwritten"),
-        (["{camera}", "--to", "csv", "--size", "0x7"], "--size must be width and height"),
+        (["{camera}", "--to", "dso", "--size", "0x7"], "--size must be width and height"),
+        (["{camera}", "--to", "csv", "--size", "64x48"], "csv has no use for --size: leave it"),
+        (["{camera}", "--to", "opencv", "--levels", "512"], "opencv has no use for --levels"),
+        (["{folder}", "--to", "csv"], "cannot be read: Is a directory"),
         (["{camera}", "--to", "csv", "--levels", "1"], "between 2 and 65536 levels, not 1"),
         (["{camera}", "--to", "hdrtoolbox", "--levels", "0"], "between 2 and 65536 levels, not 0"),
         (

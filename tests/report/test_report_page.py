@@ -218,7 +218,7 @@ def test_it_says_where_it_comes_from(page: str, parsed: Parse) -> None:
 
     for text in ("0.1.0", "2026-01-02T03:04:05+00:00", "likelihood", "d1, d2"):
         assert text in words
-    assert "Found by chartless from 12 pictures of one scene, the first being a0.png." in words
+    assert "Found by chartless from 12 pictures, the first in a0.png." in words
     assert "a0.png: dropped the alpha channel." in words
     assert "0" * 12 in words
     assert "0" * 13 not in words

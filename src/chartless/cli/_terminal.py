@@ -94,6 +94,7 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
         RMSE of each channel against a known truth.
     """
     from chartless.summary import doubts, error_text, fit_text, noise_text
+    from chartless.verdict import verdict
 
     header = ["channel", "U", "V", "levels seen", "error", "fit", "status"]
     rows = []
@@ -115,6 +116,7 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
         for row, error in zip(rows, errors, strict=True):
             row.insert(1, f"{error:.4f}")
     print_table(header, rows)
+    print(f"\n{verdict(calibration.channels)}")
     for doubt in doubts(calibration):
         remark(f"{doubt.code} ({', '.join(doubt.channels)}): {doubt.advice}")
         if doubt.detail:
@@ -142,9 +144,12 @@ def print_exposures(calibration: "Calibration") -> None:
 
 def write_report(calibration: "Calibration", path: Path) -> None:
     """Write a report with one of the frames, and say so where there is none to show."""
+    from chartless.luts import FORMATS
     from chartless.report import example_frame, save
 
     frame = example_frame(calibration)
-    if frame is None:
+    inputs = calibration.provenance.get("inputs", [])
+    has_none = calibration.channels[0].method in FORMATS or any("frames" in each for each in inputs)
+    if frame is None and not has_none:
         remark("the report shows no picture: the frames are not where they were, or have changed")
     save(calibration, path, frame)

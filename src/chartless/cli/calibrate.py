@@ -242,7 +242,7 @@ def calibrate(
         print_exposures(calibration)
         print_summary(calibration)
         n_frames = sum(_count(each) for each in calibration.provenance["inputs"])
-        what = "1 frame" if n_frames == 1 else f"{n_frames} frames"
+        what = f"{n_frames} {'files' if raw else 'frames'}"
         print(f"\ncalibration of {what} written to {target}")
         if report is not None:
             print(f"report written to {report}")

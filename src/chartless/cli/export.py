@@ -1,13 +1,16 @@
 """``chartless export`` and ``chartless import``: response curves of other programs."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from chartless.cli._options import AsJson
 from chartless.cli._terminal import print_json, print_summary, print_table, remark
 from chartless.errors import ParameterError
+
+if TYPE_CHECKING:
+    from chartless.luts import AbstractFormat, ExportSettings
 
 
 def export(
@@ -66,16 +69,18 @@ def export(
     name = to or _name_by_suffix(output)
     from chartless.cli._options import load_calibration
 
-    target = output or calibration.with_suffix(FORMATS[name].suffix)
+    camera = load_calibration(calibration)
+    target = output or calibration.with_name(_file_name(calibration.stem, FORMATS[name]))
     if target.resolve() == calibration.resolve():
         msg = f"{target} is the calibration itself and would be overwritten: give another -o"
         raise ParameterError(msg)
     settings = ExportSettings(
         n_levels=levels, size=None if size is None else _parse_size(size), project=project
     )
-    lost, files = export_response(load_calibration(calibration), target, name, settings)
+    _require_used(FORMATS[name], settings)
+    lost, files = export_response(camera, target, name, settings)
     if lost:
-        remark(f"{target} does not hold: {lost}")
+        remark(f"lost or changed in {target}: {lost}")
     if as_json:
         print_json({"format": name, "files": [str(each) for each in files], "lost": lost})
         return
@@ -92,7 +97,7 @@ def import_(
         typer.Option(
             "--output",
             "-o",
-            help="Calibration to write [camera.json; with --json none].",
+            help="Calibration to write [beside FILE; with --json none].",
             show_default=False,
         ),
     ] = None,
@@ -111,10 +116,13 @@ def import_(
     """
     from chartless._files import require_writable
     from chartless.calibration_file import save, to_json
-    from chartless.luts import import_response
+    from chartless.luts import FORMATS, import_response
 
-    target = output or (None if as_json else Path("camera.json"))
+    target = output or (None if as_json else file.with_suffix(".json"))
     if target is not None:
+        if output is None and target.exists():
+            msg = f"{target} is there already: name the calibration to write with -o"
+            raise ParameterError(msg)
         require_writable(target)
         if target.resolve() == file.resolve():
             msg = f"{target} is the file to import and would be overwritten: choose another output"
@@ -127,6 +135,8 @@ def import_(
     if as_json:
         print_json(to_json(calibration))
     else:
+        method = FORMATS[calibration.channels[0].method]
+        print(f"read as {method.name}, {method.title}\n")
         print_summary(calibration)
         print(f"\ncalibration written to {target}")
 
@@ -153,26 +163,35 @@ def _print_formats(*, as_json: bool) -> None:
         ]
         print_json({"formats": content})
         return
-    header = [
-        "format", "file", "import", "export", "channels", "curve", "irradiance", "range", "band",
-        "read by",
-    ]  # fmt: skip
+    header = ["format", "file", "channels", "error, range", "read by"]
     rows = [
         [
             each.name,
             each.suffix,
-            "yes" if each.is_read else "-",
-            "yes" if each.is_written else "-",
-            each.keeps.channels,
-            each.keeps.curves or "any",
-            each.keeps.scale,
-            each.keeps.range or "-",
-            each.keeps.band or "-",
+            each.keeps.curves or each.keeps.channels,
+            "kept" if each.keeps.band and each.keeps.range else "-",
             each.programs,
         ]
         for each in FORMATS.values()
     ]
     print_table(header, rows, left=range(len(header)))
+
+
+def _file_name(stem: str, each: "AbstractFormat") -> str:
+    """Name of a file beside the calibration; with that of the format where several end alike."""
+    from chartless.luts import FORMATS
+
+    alike = [other for other in FORMATS.values() if other.suffix == each.suffix]
+    shared = len(alike) > 1 and each.suffix[1:] != each.name
+    return f"{stem}_{each.name}{each.suffix}" if shared else f"{stem}{each.suffix}"
+
+
+def _require_used(each: "AbstractFormat", settings: "ExportSettings") -> None:
+    """Refuse what the format has no use for."""
+    for name, option in _OPTIONS.items():
+        if getattr(settings, name) is not None and name not in each.takes:
+            msg = f"{each.name} has no use for {option}: leave it away"
+            raise ParameterError(msg)
 
 
 def _name_by_suffix(output: Path | None) -> str:
@@ -204,3 +223,4 @@ def _parse_size(text: str) -> tuple[int, int]:
 
 
 _MOST_PIXELS = 1 << 15  # of a side
+_OPTIONS = {"n_levels": "--levels", "size": "--size", "project": "--project"}

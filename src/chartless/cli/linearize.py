@@ -36,7 +36,7 @@ def linearize(
         typer.Option(
             "--output",
             "-o",
-            help="File, or an existing folder for several pictures or a video.",
+            help="File, or a folder for several pictures or a video.",
             show_default=False,
         ),
     ],
@@ -58,10 +58,13 @@ def linearize(
         chartless linearize camera.json *.jpg -o linear/ --format tif
         chartless linearize camera.json clip.mp4 -o linear/
     """
+    from chartless._files import make_folder
     from chartless.images import is_video, write_image
     from chartless.sequence import expanded
 
     images = expanded(images)
+    if not output.suffix and not output.exists():
+        make_folder(output)
     loaded = load_calibration(calibration)
     targets = _targets(images, output, suffix.lstrip("."))
     with progress_bar() as progress:

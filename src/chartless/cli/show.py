@@ -40,6 +40,10 @@ def show(
     from chartless.calibration_file import to_json
     from chartless.response import rmse
 
+    if report is not None:
+        from chartless.report import require_page
+
+        require_page(report)
     loaded = load_calibration(calibration)
     known = None if truth is None else parse_curve(truth)
     errors = None if known is None else [rmse(each.curve, known) for each in loaded.channels]

@@ -32,6 +32,7 @@ _SUFFIXES = (
 _WEBCAM = "/dev/video"
 _LIMITED, _FULL, _UNSPECIFIED = 1, 2, 2  # AVColorRange and AVColorSpace of FFmpeg
 _HD = 720  # lines; what players assume of untagged videos changes there
+_MOST_OF, _SPARE = 0.9, 0.5  # of what a file announces; seconds
 _SAMPLING = {
     (1, 1): "444", (2, 1): "422", (2, 2): "420", (4, 1): "411", (1, 2): "440", (4, 4): "410",
 }  # fmt: skip
@@ -86,9 +87,14 @@ def read_video(
                 msg = "has no pictures: give a video"
                 raise ImageError(str(path), msg)
             container.streams.video[0].thread_type = "AUTO"
+            time = None
             for decoded in container.decode(video=0):
                 place += 1
-                yield TimedFrame(decoded.time, _frame(path, decoded, colour=colour))
+                time = decoded.time
+                yield TimedFrame(time, _frame(path, decoded, colour=colour))
+            if is_file and _is_cut(container, place, time):
+                msg = f"ends after frame {place}, before its time: copy it again or cut it before"
+                raise ImageError(str(path), msg)
     except av.error.FFmpegError as error:
         where = f"after frame {place}" if place else "or no video"
         msg = f"is damaged {where} ({error.strerror}): copy it again or cut it before"
@@ -96,6 +102,25 @@ def read_video(
     if not place:
         msg = "has no frames: copy it again"
         raise ImageError(str(path), msg)
+
+
+def _is_cut(container: "av.container.InputContainer", n_frames: int, time: float | None) -> bool:
+    """Whether the file announces much more of its pictures than there was."""
+    stream = container.streams.video[0]
+    if stream.frames:
+        return n_frames < _MOST_OF * stream.frames
+    if stream.duration is None or stream.time_base is None:
+        length = _of_container(container)
+    else:
+        length = float(stream.duration * stream.time_base)
+    return time is not None and time + _SPARE < _MOST_OF * length
+
+
+def _of_container(container: "av.container.InputContainer") -> float:
+    """Seconds; those of a container with sound as well are the sound's perhaps, and not told."""
+    if container.duration is None or len(container.streams) > 1:
+        return 0.0
+    return container.duration / 1e6
 
 
 def _frame(path: Path, decoded: "av.VideoFrame", *, colour: bool) -> Frame:

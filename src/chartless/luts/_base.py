@@ -123,6 +123,8 @@ class AbstractFormat(ABC):
     """Largest error of irradiance, 0 … 1, of a curve that was written and read again: of any, or
     of those that the format holds, see `Keeps.curves`."""
     keeps: ClassVar[Keeps]
+    takes: ClassVar[frozenset[str]] = frozenset({"n_levels"})
+    """Settings of `ExportSettings` that change the file, besides the suffix."""
 
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:  # noqa: ARG002
         """Content of a file; raises ParameterError if it cannot hold this calibration."""

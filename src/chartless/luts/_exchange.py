@@ -8,7 +8,7 @@ from xml.etree.ElementTree import ParseError
 
 from chartless._files import atomic_path, require_writable
 from chartless.calibration import Calibration
-from chartless.errors import CalibrationFileError, ChartlessError
+from chartless.errors import CalibrationFileError, ChartlessError, ParameterError
 from chartless.luts._base import (
     FORMATS,
     AbstractFormat,
@@ -16,6 +16,7 @@ from chartless.luts._base import (
     ExportSettings,
     Source,
 )
+from chartless.types import Floats32
 
 _DAMAGE = (
     ValueError, TypeError, LookupError, ArithmeticError, RecursionError, StructError, ParseError,
@@ -78,6 +79,8 @@ def export_response(
     require_writable(path)
     settings = replace(settings or ExportSettings(), suffix=path.suffix.lower())
     encoded = encode_response(calibration, name, settings)
+    for picture, values in encoded.pictures.items():
+        _require_same_size(path.parent / picture, values)
     with atomic_path(path) as temporary:
         temporary.write_bytes(encoded.content)
     beside, kept = [], []
@@ -119,7 +122,9 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
     found = recognised(source) if name is None else FORMATS[name]
     if found is None:
         known = ", ".join(each.name for each in FORMATS.values() if each.is_read)
-        msg = f"{path}: is of no known format ({known}): name one if it has no marks of its own"
+        msg = f"{path}: is of no known format ({known}): name one with --from if you know it"
+        if b'"chartless-calibration"' in source.content[:4096]:
+            msg = f"{path}: is a calibration of chartless already: use it as it is"
         raise CalibrationFileError(msg)
     try:
         return found.decode(source)
@@ -146,6 +151,19 @@ def recognised(source: Source) -> AbstractFormat | None:
         if each.is_read and each.recognises(source):
             return each
     return None
+
+
+def _require_same_size(path: Path, values: Floats32) -> None:
+    """Refuse to keep a picture of another camera beside the file."""
+    from chartless.images import read_frame
+
+    if path.exists() and read_frame(path).levels.shape[:2] != values.shape[:2]:
+        height, width = values.shape[:2]
+        msg = (
+            f"{path} is there already and not of {width} × {height} pixels: move it away or "
+            "export to another folder"
+        )
+        raise ParameterError(msg)
 
 
 def _lost(each: AbstractFormat, calibration: Calibration, encoded: Encoded) -> str:

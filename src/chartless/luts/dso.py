@@ -47,6 +47,7 @@ class Dso(AbstractFormat):
     tested_with: ClassVar[str] = "reference parser"
     precision: ClassVar[float] = 1e-7
     keeps: ClassVar[Keeps] = Keeps(channels="one, their luma", scale="255 at white")
+    takes: ClassVar[frozenset[str]] = frozenset({"size"})
 
     @override
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:

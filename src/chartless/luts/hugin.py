@@ -80,6 +80,7 @@ class Hugin(AbstractFormat):
     keeps: ClassVar[Keeps] = Keeps(
         channels="their mean response", scale="1 at white", curves="nearest of EMoR-5"
     )
+    takes: ClassVar[frozenset[str]] = frozenset({"size", "project"})
 
     @override
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:

@@ -56,6 +56,7 @@ class Luminance(AbstractFormat):
     tested_with: ClassVar[str] = "Luminance HDR"
     precision: ClassVar[float] = 2e-7
     keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white")
+    takes: ClassVar[frozenset[str]] = frozenset()
 
     @override
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:

@@ -70,6 +70,7 @@ class OpenCv(AbstractFormat):
     tested_with: ClassVar[str] = "OpenCV"
     precision: ClassVar[float] = 1e-6
     keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at level 128")
+    takes: ClassVar[frozenset[str]] = frozenset()
 
     @override
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:

@@ -48,6 +48,7 @@ class Radical(AbstractFormat):
     tested_with: ClassVar[str] = "reference parser"
     precision: ClassVar[float] = 2e-7
     keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at level 128")
+    takes: ClassVar[frozenset[str]] = frozenset()
 
     @override
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from chartless.calibration import Calibration
 from chartless.frame import Frame
+from chartless.luts import FORMATS
 from chartless.report._downloads import downloads
 from chartless.report._figures import drawings
 from chartless.report._pictures import previews
@@ -23,6 +24,7 @@ from chartless.verdict import Grade, verdict
 
 _MARKS = {Grade.GOOD: "✓", Grade.CARE: "!", Grade.DISTRUST: "✕"}
 _SHARES = np.array([0, 16, 32, 48, 64, 96, 128, 160, 192, 224, 240, 255]) / 255
+_OF_SEARCH = ("Levels seen", "Pixels compared", "The search")
 _DIGITS = 12  # of an SHA-256
 _FEW = 8  # inputs; more are folded away
 
@@ -98,6 +100,8 @@ def _numbers(channels: Sequence[Response]) -> list[Row]:
         Row("Goodness of fit", [fit_text(each) for each in channels]),
         Row("The search", [each.status.value for each in channels]),
     ]
+    if all(each.n_pairs == 0 for each in channels):  # of another program's file
+        rows = [row for row in rows if row.name not in _OF_SEARCH]
     return [row for row in rows if set(row.values) != {"-"}]
 
 
@@ -138,11 +142,19 @@ def _provenance(calibration: Calibration) -> JsonObject:
     exposures = [{**each, "name": Path(each["file"]).name} for each in known.get("exposures") or []]
     return {
         "settings": {name: _text(value) for name, value in settings.items() if value},
+        "foreign": first.method if first.method in FORMATS else "",
+        "n_pictures": sum(_n_pictures(each) for each in known.get("inputs", [])),
         "inputs": inputs[:_FEW],
         "more": inputs[_FEW:],
         "exposures": exposures,
         "remarks": known.get("remarks", []),
     }
+
+
+def _n_pictures(source: JsonObject) -> int:
+    """Frames used of an input: of a video the span."""
+    first, last = source.get("frames") or (1, 1)
+    return int(last) - int(first) + 1
 
 
 def _text(value: Any) -> str:  # noqa: ANN401 - JSON
