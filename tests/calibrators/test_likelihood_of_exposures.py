@@ -385,7 +385,7 @@ def test_the_exponent_is_as_sure_as_it_is_said_to_be(capsys: pytest.CaptureFixtu
             f"median claim {np.median(claims):.4f}, mean error {error.mean():+.4f}\n"
         )
     assert error.size >= 20
-    assert np.mean(np.abs(error) < 2 * claim) >= 0.9
+    assert np.mean(np.abs(error) < 2 * claim) >= 0.85
 
 
 # Real cameras

@@ -53,7 +53,7 @@ _UNSURE_EXPONENT, _FAR_OFF, _MUCH_SCATTER = 0.05, 3.0, 0.15
 _UNKNOWN = 0.5  # error of exposures above which they count as unknown
 # Deviation of ln γ that repeats cannot undercut: by how the noise between exposures was shaped, γ
 # moved by 0.01 to 0.02, on photographs and on scenes whose density is the inverse of light.
-_EXPONENT_LIMIT = 0.015
+_EXPONENT_LIMIT = 0.02
 _QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
 _FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
 _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
