@@ -23,6 +23,13 @@ class Doubt:
     """What that would change, in numbers."""
 
 
+def n_frames(calibration: Calibration) -> int:
+    """Frames that a calibration was made from; of a video those used."""
+    inputs = calibration.provenance.get("inputs", [])
+    spans = [each.get("frames", (1, 1)) for each in inputs]
+    return sum(int(last) - int(first) + 1 for first, last in spans)
+
+
 def doubts(calibration: Calibration) -> list[Doubt]:
     """What is doubtful about a calibration, with what to do; empty if nothing is."""
     found = []

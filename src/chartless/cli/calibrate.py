@@ -1,7 +1,7 @@
 """``chartless calibrate``: frames of a still scene → calibration."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -17,18 +17,9 @@ from chartless.cli._terminal import (
 )
 from chartless.errors import ParameterError
 
-if TYPE_CHECKING:
-    from chartless.types import JsonObject
-
 
 def _search(text: str) -> Any:  # noqa: ANN401 - what Typer returns
     return typer.Option(help=text, show_default=False)
-
-
-def _count(source: "JsonObject") -> int:
-    """Frames of an input: those used of a video, else one."""
-    first, last = source.get("frames", (1, 1))
-    return int(last - first + 1)
 
 
 def calibrate(
@@ -241,8 +232,9 @@ def calibrate(
     else:
         print_exposures(calibration)
         print_summary(calibration)
-        n_frames = sum(_count(each) for each in calibration.provenance["inputs"])
-        what = f"{n_frames} {'files' if raw else 'frames'}"
+        from chartless.summary import n_frames
+
+        what = f"{n_frames(calibration)} {'files' if raw else 'frames'}"
         print(f"\ncalibration of {what} written to {target}")
         if report is not None:
             print(f"report written to {report}")

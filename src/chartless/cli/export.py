@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chartless.cli._options import AsJson
+from chartless.cli._options import AsJson, load_calibration
 from chartless.cli._terminal import print_json, print_summary, print_table, remark
 from chartless.errors import ParameterError
 
@@ -67,8 +67,6 @@ def export(
         msg = "name the calibration to export, or --list"
         raise ParameterError(msg)
     name = to or _name_by_suffix(output)
-    from chartless.cli._options import load_calibration
-
     camera = load_calibration(calibration)
     target = output or calibration.with_name(_file_name(calibration.stem, FORMATS[name]))
     if target.resolve() == calibration.resolve():

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import ParseError
 
 from chartless._files import atomic_path, require_writable
 from chartless.calibration import Calibration
+from chartless.calibration_file import FORMAT
 from chartless.errors import CalibrationFileError, ChartlessError, ParameterError
 from chartless.luts._base import (
     FORMATS,
@@ -123,7 +124,7 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
     if found is None:
         known = ", ".join(each.name for each in FORMATS.values() if each.is_read)
         msg = f"{path}: is of no known format ({known}): name one with --from if you know it"
-        if b'"chartless-calibration"' in source.content[:4096]:
+        if _is_own(source):
             msg = f"{path}: is a calibration of chartless already: use it as it is"
         raise CalibrationFileError(msg)
     try:
@@ -147,10 +148,17 @@ def is_foreign(path: str | os.PathLike[str]) -> bool:
 
 def recognised(source: Source) -> AbstractFormat | None:
     """First format that takes the file for its own; None if none does."""
+    if _is_own(source):
+        return None
     for each in FORMATS.values():
         if each.is_read and each.recognises(source):
             return each
     return None
+
+
+def _is_own(source: Source) -> bool:
+    """Whether it is a calibration file, which is no format of another program."""
+    return f'"{FORMAT}"' in source.head
 
 
 def _require_same_size(path: Path, values: Floats32) -> None:

@@ -18,7 +18,7 @@ from chartless.report._downloads import downloads
 from chartless.report._figures import drawings
 from chartless.report._pictures import previews
 from chartless.response import Response
-from chartless.summary import doubts, error_text, fit_text, noise_text
+from chartless.summary import doubts, error_text, fit_text, n_frames, noise_text
 from chartless.types import JsonObject
 from chartless.verdict import Grade, verdict
 
@@ -143,18 +143,12 @@ def _provenance(calibration: Calibration) -> JsonObject:
     return {
         "settings": {name: _text(value) for name, value in settings.items() if value},
         "foreign": first.method if first.method in FORMATS else "",
-        "n_pictures": sum(_n_pictures(each) for each in known.get("inputs", [])),
+        "n_pictures": n_frames(calibration),
         "inputs": inputs[:_FEW],
         "more": inputs[_FEW:],
         "exposures": exposures,
         "remarks": known.get("remarks", []),
     }
-
-
-def _n_pictures(source: JsonObject) -> int:
-    """Frames used of an input: of a video the span."""
-    first, last = source.get("frames") or (1, 1)
-    return int(last) - int(first) + 1
 
 
 def _text(value: Any) -> str:  # noqa: ANN401 - JSON
