@@ -8,6 +8,7 @@ from settings alone, before a pixel is read.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import TypeAlias
 
@@ -52,6 +53,27 @@ class Plan:
     """Whether frames of one exposure are compared."""
     bracket: bool
     """Whether exposures are compared."""
+
+
+def parsed_times(parts: Sequence[str]) -> list[float] | list[str] | str:
+    """Exposures from texts: numbers, fractions such as 1/30, names, or the one word unknown.
+
+    Raises
+    ------
+    ParameterError
+        If they are neither.
+    """
+    parts = [part.strip() for part in parts]
+    if parts == [UNKNOWN]:
+        return UNKNOWN
+    if len(parts) > 1 and all(part.isalpha() for part in parts):
+        return parts
+    try:
+        return [float(Fraction(part)) for part in parts]
+    except (ValueError, ArithmeticError):
+        given = ",".join(parts)[:60]
+        msg = f"--times must be numbers or fractions such as 1/30,1/8,1/2, not {given!r}"
+        raise ParameterError(msg) from None
 
 
 def planned(

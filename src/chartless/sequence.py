@@ -5,13 +5,16 @@ A shell expands the first before a program sees it, unless it is quoted; on Wind
 
 import glob
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import TypeVar
 
 from chartless.errors import ImageError
 
 _NUMBER = re.compile(r"%(?:0(\d+))?d")
 _DIGITS = re.compile(r"([0-9]+)")
+
+T = TypeVar("T")
 
 
 def expanded(names: Iterable[Path]) -> list[Path]:
@@ -45,7 +48,7 @@ def _matches(name: Path) -> list[Path]:
         found = _numbered(name, number)
     else:
         found = [Path(each) for each in glob.glob(str(name), recursive=True)]  # noqa: PTH207 - ** and absolute patterns alike
-    files = sorted((each for each in found if each.is_file()), key=_natural)
+    files = in_order(each for each in found if each.is_file())
     if not files:
         msg = "no file matches this pattern: check it"
         raise ImageError(str(name), msg)
@@ -62,7 +65,11 @@ def _numbered(name: Path, number: re.Match[str]) -> list[Path]:
     return [each for each in name.parent.iterdir() if same.fullmatch(each.name)]
 
 
-def _natural(path: Path) -> list[str | int]:
-    """Key that sorts numbers in names by their value."""
-    parts = _DIGITS.split(str(path))  # every second one is a number
-    return [int(part) if place % 2 else part for place, part in enumerate(parts)]
+def in_order(items: Iterable[T], key: Callable[[T], str] = str) -> list[T]:
+    """Sort by names, numbers in them by their value: 2 before 10."""
+
+    def natural(item: T) -> list[str | int]:
+        parts = _DIGITS.split(key(item))  # every second one is a number
+        return [int(part) if place % 2 else part for place, part in enumerate(parts)]
+
+    return sorted(items, key=natural)

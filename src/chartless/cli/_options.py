@@ -1,15 +1,14 @@
 """Options that several commands share, and how their texts are read."""
 
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from chartless.cli._terminal import naming
 from chartless.errors import ParameterError
 
 if TYPE_CHECKING:
-    from chartless.calibration import Calibration
     from chartless.curves import AbstractCurve
 
 Jobs = Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")]
@@ -44,23 +43,15 @@ def parse_times(text: str) -> list[float] | list[str] | str:
     Words are names of unknown exposures: ``a,b,b,c``.
     The time of a line is its last word, so that lists of files and times will do.
     """
-    if text == "unknown":
-        return text
+    from chartless.plan import parsed_times
+
     path = Path(text)
-    parts = text.split(",")
-    if path.is_file():
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-        kept = (line.split("#")[0].split() for line in lines)
-        parts = [words[-1] for words in kept if words]
-    if len(parts) > 1 and all(part.strip().isalpha() for part in parts):
-        return [part.strip() for part in parts]
-    try:
-        return [float(Fraction(part.strip())) for part in parts]
-    except (ValueError, ArithmeticError):
-        where = f"{path}: " if path.is_file() else ""
-        given = ",".join(parts)[:60]
-        msg = f"{where}--times must be numbers or fractions such as 1/30,1/8,1/2, not {given!r}"
-        raise ParameterError(msg) from None
+    if not path.is_file():
+        return parsed_times(text.split(","))
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    kept = (line.split("#")[0].split() for line in lines)
+    with naming(path):
+        return parsed_times([words[-1] for words in kept if words])
 
 
 def parse_curve(text: str) -> "AbstractCurve":
@@ -73,11 +64,3 @@ def parse_curve(text: str) -> "AbstractCurve":
     from chartless.curves import named_curve
 
     return named_curve(text)
-
-
-def load_calibration(path: Path) -> "Calibration":
-    """Calibration from a file of ours or of another program, told apart by content."""
-    from chartless.calibration_file import load
-    from chartless.luts import import_response, is_foreign
-
-    return import_response(path) if is_foreign(path) else load(path)

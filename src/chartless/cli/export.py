@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chartless.cli._options import AsJson, load_calibration
+from chartless.cli._options import AsJson
 from chartless.cli._terminal import print_json, print_summary, print_table, remark
 from chartless.errors import ParameterError
 
@@ -61,7 +61,7 @@ def export(
     if list_formats:
         _print_formats(as_json=as_json)
         return
-    from chartless.luts import FORMATS, ExportSettings, export_response
+    from chartless.luts import FORMATS, ExportSettings, export_response, load_calibration
 
     if calibration is None:
         msg = "name the calibration to export, or --list"

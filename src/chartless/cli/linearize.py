@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chartless.cli._options import load_calibration
 from chartless.cli._terminal import naming, progress_bar, remark
 from chartless.errors import ParameterError
 
@@ -60,6 +59,7 @@ def linearize(
     """
     from chartless._files import make_folder
     from chartless.images import is_video, write_image
+    from chartless.luts import load_calibration
     from chartless.sequence import expanded
 
     images = expanded(images)

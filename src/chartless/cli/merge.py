@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, overload
 import typer
 from typing_extensions import override
 
-from chartless.cli._options import AsJson, load_calibration, parse_times
+from chartless.cli._options import AsJson, parse_times
 from chartless.cli._terminal import print_json, progress_bar, remark
 from chartless.errors import ParameterError, UnfitFramesError
 
@@ -79,6 +79,7 @@ def merge(
     """
     from chartless._files import require_writable
     from chartless.images import read_settings, stored_type, write_image
+    from chartless.luts import load_calibration
     from chartless.merge import merge_frames
     from chartless.sequence import expanded
 

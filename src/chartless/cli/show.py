@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from chartless.cli._options import AsJson, Report, load_calibration, parse_curve
+from chartless.cli._options import AsJson, Report, parse_curve
 from chartless.cli._terminal import print_json, print_summary, write_report
 from chartless.errors import ParameterError
 
@@ -38,6 +38,7 @@ def show(
         chartless show camera.json --report camera.html
     """
     from chartless.calibration_file import to_json
+    from chartless.luts import load_calibration
     from chartless.response import rmse
 
     if report is not None:

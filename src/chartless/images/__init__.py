@@ -14,6 +14,7 @@ from chartless.images._read import digest as digest
 from chartless.images._read import read_frame as read_frame
 from chartless.images._read import read_raw as read_raw
 from chartless.images._read import read_settings as read_settings
+from chartless.images._read import read_size as read_size
 from chartless.images._read import read_values as read_values
 from chartless.images._video import is_video as is_video
 from chartless.images._video import read_video as read_video

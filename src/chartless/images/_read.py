@@ -143,6 +143,24 @@ def read_settings(path: str | os.PathLike[str], *, raw: bool = False) -> CameraS
     return raw_settings(path) if is_raw(path) else _settings(_open(path, head).spec())
 
 
+def read_size(path: str | os.PathLike[str]) -> tuple[int, int]:
+    """Width and height that a picture claims, from its header alone.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, unreadable or no picture, or claims more pixels than any camera has.
+    """
+    path = Path(path)
+    head = _read_head(path)
+    png = _check_png(path) if head.startswith(PNG_SIGNATURE) else None
+    if png is not None:
+        return png.width, png.height
+    spec = _open(path, head).spec()
+    _refuse_size(path, spec.width, spec.height)
+    return spec.width, spec.height
+
+
 def read_raw(path: str | os.PathLike[str]) -> RawPicture:
     """Read the light of a raw file in cells of its colour pattern, nothing interpolated.
 

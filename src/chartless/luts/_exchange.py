@@ -8,7 +8,7 @@ from xml.etree.ElementTree import ParseError
 
 from chartless._files import atomic_path, require_writable
 from chartless.calibration import Calibration
-from chartless.calibration_file import FORMAT
+from chartless.calibration_file import FORMAT, load
 from chartless.errors import CalibrationFileError, ChartlessError, ParameterError
 from chartless.luts._base import (
     FORMATS,
@@ -136,6 +136,17 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
         what = " ".join(what.split())[:160]
         msg = f"{path}: not a sound {found.title} file: {what}"
         raise CalibrationFileError(msg) from error
+
+
+def load_calibration(path: str | os.PathLike[str]) -> Calibration:
+    """Read a calibration from a file of ours or of another program, told apart by content.
+
+    Raises
+    ------
+    CalibrationFileError
+        As `import_response` and `chartless.calibration_file.load` do.
+    """
+    return import_response(path) if is_foreign(path) else load(path)
 
 
 def is_foreign(path: str | os.PathLike[str]) -> bool:
