@@ -48,6 +48,8 @@ class FrameSource:
     """Of reading it."""
     span: tuple[int, int] | None = None
     """Of a video the first and the last frame used, from 1; None of a picture."""
+    n_used: int | None = None
+    """How many of these were used, where not all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

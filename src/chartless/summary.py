@@ -6,7 +6,7 @@ from typing import Literal
 from chartless.calibration import Calibration
 from chartless.flags import Flag
 from chartless.response import Response
-from chartless.types import Floats
+from chartless.types import Floats, JsonObject
 from chartless.verdict import deviation
 
 
@@ -26,8 +26,7 @@ class Doubt:
 def n_frames(calibration: Calibration) -> int:
     """Frames that a calibration was made from; of a video those used."""
     inputs = calibration.provenance.get("inputs", [])
-    spans = [each.get("frames", (1, 1)) for each in inputs]
-    return sum(int(last) - int(first) + 1 for first, last in spans)
+    return sum(map(_frames_of, inputs))
 
 
 def doubts(calibration: Calibration) -> list[Doubt]:
@@ -70,6 +69,11 @@ def fit_text(response: Response) -> str:
     if response.deviance is not None:
         return f"deviance {response.deviance:.2f}"
     return "-" if response.similarity is None else f"similarity {response.similarity:.3f}"
+
+
+def _frames_of(source: JsonObject) -> int:
+    first, last = source.get("frames", (1, 1))
+    return int(source.get("used", last - first + 1))
 
 
 def _change_by_dark(response: Response) -> str:

@@ -52,6 +52,12 @@ def deviation(std: Floats) -> float:
     return float(np.sqrt(np.mean(std**2)))
 
 
+def band(channels: Sequence[Response]) -> float | None:
+    """Deviation of the channel that is known worst; None if none is known."""
+    stds = [response.inverse_lut_std for response in channels]
+    return max((deviation(std) for std in stds if std is not None), default=None)
+
+
 def verdict(channels: Sequence[Response]) -> Verdict:
     """Judge the channels of a camera by the worst of them.
 
@@ -77,22 +83,21 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     """
     grave = {flag for response in channels for flag in _grave(response)}
     other = {flag for response in channels for flag in response.flags} - grave
-    stds = [response.inverse_lut_std for response in channels]
-    known = [deviation(std) for std in stds if std is not None]
-    widest = max(known, default=0.0)
+    known = band(channels)
+    widest = known or 0.0
     how_sure = f"The curve is known to ± {widest:.3f} of the light at white"
     bad, doubtful, fine = [], [], []
     if grave:
         bad.append(f"A curve and its noise do not explain the pictures: {_listed(grave)}.")
     if widest > WORST_BAND:
         bad.append(f"{how_sure}, no better than guessing.")
-    elif grave and known:
+    elif grave and known is not None:
         bad.append(f"The error may be several times the given ± {widest:.3f}.")
     elif widest > GOOD_BAND:
         doubtful.append(f"{how_sure}; good frames give ± {GOOD_BAND:g} or less.")
-    elif known:
+    elif known is not None:
         fine.append(f"{how_sure}.")
-    if len(known) < len(stds):
+    if any(response.inverse_lut_std is None for response in channels):
         doubtful.append("How sure the curve is, is not known.")
     if any(_is_untested(response) for response in channels):
         doubtful.append("Whether curve and noise explain the pictures was not tested.")

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from functools import partial, reduce
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -16,11 +15,9 @@ from typing import Any, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from chartless._version import __version__
 from chartless.bracket_screening import exposure_rows, screen_bracket
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
-from chartless.curves import ModelCurve
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
 from chartless.evidence import NoiseEvidence, dark_histograms, joined, noise_evidence
 from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
@@ -28,9 +25,10 @@ from chartless.flags import Flag
 from chartless.frame import CameraSettings, Frame, FrameSource, RawPicture
 from chartless.models import MODELS
 from chartless.plan import Plan, Times, planned
+from chartless.provenance import provenance
 from chartless.raw_blocks import RawEvidence, raw_evidence
 from chartless.raw_screening import screen_raw
-from chartless.response import Response, rmse
+from chartless.response import Response
 from chartless.screening import screen
 from chartless.still import ENOUGH, still_evidence
 from chartless.types import JsonObject, Levels
@@ -38,7 +36,6 @@ from chartless.types import JsonObject, Levels
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
-_LINEAR = 0.01  # RMSE from a straight line
 _LEVELS = 256  # to which frames are reduced unless asked
 _THREADS = 2  # threads; decoders let others run, and so do large arrays
 DEFAULT_METHOD, RAW_METHOD = "likelihood", "raw"
@@ -202,11 +199,9 @@ def calibrate(
     return Calibration(
         channels=responses,
         bit_depth=read.bit_depth,
-        provenance={
-            "chartless": __version__,
-            "created": datetime.now(UTC).isoformat(timespec="seconds"),
-            "inputs": [_input(source) for source in read.sources],
-            "settings": {
+        provenance=provenance(
+            read.sources,
+            {
                 "method": method,
                 "model": calibrator.family,
                 "evidence": read.reason,
@@ -217,20 +212,11 @@ def calibrate(
                 "mask": None if mask is None else "array" if _is_array(mask) else str(mask),
                 **calibrator.settings,
             },
-            "exposures": None if bracket is None else exposure_rows(bracket),
-            "remarks": [
-                *(f"{each.path}: {remark}" for each in read.sources for remark in each.remarks),
-                *_linear(responses),
-                *_raw_noise(read),
-            ],
-        },
+            responses,
+            exposures=None if bracket is None else exposure_rows(bracket),
+            remarks=_raw_noise(read),
+        ),
     )
-
-
-def _input(source: FrameSource) -> JsonObject:
-    """Provenance of a file."""
-    span = {} if source.span is None else {"frames": list(source.span)}
-    return {"file": str(source.path), "sha256": source.sha256, **span}
 
 
 def _calibrator(method: str, model: str | None, settings: JsonObject) -> AbstractCalibrator:
@@ -280,14 +266,6 @@ def _require_raw(calibrator: AbstractCalibrator, *, raw: bool, compared: bool) -
 
 def _is_array(item: object) -> bool:
     return isinstance(item, np.ndarray)
-
-
-def _linear(responses: Sequence[Response]) -> list[str]:
-    """Remark that the pictures may hold light already."""
-    line = ModelCurve("gamma", (1.0,))
-    if any(rmse(response.curve, line) > _LINEAR for response in responses):
-        return []
-    return [f"the response is linear within {_LINEAR:g}: these pictures may hold light already"]
 
 
 def _raw_noise(read: "_Read") -> list[str]:

@@ -1,0 +1,326 @@
+"""Evidence of a running camera: frames come one by one, and what is old is forgotten.
+
+Each frame is compared with the one before. Pairs between which something moved are left out. The
+others are counted into a ring of a few blocks, each a table of whole numbers, of which the oldest
+is dropped whole: what is kept is exactly the sum of the tables of its pairs.
+
+A camera that runs by itself changes its exposure. That is welcome: the curve is the camera's, and
+the noise at a brightness depends on nothing else, so pairs before and after add up and show more of
+the range. A change of gain is not: it changes the noise at all brightnesses (noise variance uI + v
+becomes g u I + g² v), and tables of both would bend the curve. So the noise of each pair is
+compared with that of the oldest, and once it differs all that was before is forgotten. In simulated
+cameras the noise levels of equal gain agree within 4 %, whatever the scene and the exposure; a gain
+of 1.1 changes them by 16 %; pairs of gains 1 and 2 together gave errors up to three times the band.
+"""
+
+from collections import Counter, deque
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+
+from chartless.calibration import Calibration
+from chartless.calibrators import NoiseLevelSearch
+from chartless.channels import planes_of, require_alike
+from chartless.cooccurrence import Cooccurrence, difference_moments
+from chartless.errors import ParameterError, UnfitFramesError
+from chartless.evidence import NoiseEvidence, compare_pair
+from chartless.flags import Flag
+from chartless.frame import Frame, FrameSource
+from chartless.outliers import difference_deviation
+from chartless.provenance import provenance
+from chartless.screening import PairCheck, doubts_about, screen, unfit
+from chartless.types import Floats, Levels
+from chartless.verdict import GOOD_BAND, Grade, band, verdict
+
+WINDOW = 100
+"""Pairs of frames that are kept unless asked: more tell hardly more."""
+LEAST = 10
+"""Pairs below which no curve is good enough: a single one may have been lucky."""
+_BLOCKS = 5
+_LEVELS = 256
+_MOVED = {Flag.MOTION, Flag.STRUCTURED_DIFFERENCE}
+# Of the logarithm of the noise variance, in the median of the brightnesses that both pairs show.
+_OTHER_GAIN = 0.25
+_FEWEST_PAIRS, _FEWEST_SUMS = 100, 16  # of pixels, for a noise level; of noise levels
+
+
+class Outcome(Enum):
+    """What became of a frame; the value is what people are shown."""
+
+    FIRST = "nothing to compare it with"
+    USED = "used"
+    ANEW = "the noise changed, so all before is forgotten"
+    """Used, as the first of a new beginning."""
+    MOVED = "something moved"
+    LIGHT_CHANGED = "the light changed"
+    REPEATED = "repeats the one before"
+
+    @property
+    def is_used(self) -> bool:
+        """Whether the frame and the one before it were counted."""
+        return self in {Outcome.USED, Outcome.ANEW}
+
+
+class _NoiseLevel(NamedTuple):
+    """Noise of a pair at each sum of two levels, shape (2L − 1,)."""
+
+    pixels: Floats
+    deviation: Floats
+
+    def differs(self, other: "_NoiseLevel") -> bool:
+        """Whether the noise is another at the brightnesses that both show."""
+        both = np.minimum(self.pixels, other.pixels) >= _FEWEST_PAIRS
+        both[[0, -1]] = False  # clipped
+        if np.count_nonzero(both) < _FEWEST_SUMS:
+            return False
+        change = 2 * np.log(self.deviation[both] / other.deviation[both])
+        return bool(abs(np.median(change)) > _OTHER_GAIN)
+
+
+@dataclass(slots=True)
+class _Block:
+    """Pairs that are forgotten together."""
+
+    first: int
+    """Number of the first frame."""
+    noise: _NoiseLevel
+    """Of the first pair."""
+    tables: dict[str, Cooccurrence]
+    checks: list[PairCheck]
+
+
+class LiveEvidence:
+    """Level pairs of the latest frames of a camera; memory does not grow with their number.
+
+    Not to be used from several threads at once.
+
+    Parameters
+    ----------
+    channels : str
+        "auto" (those of the frames), "rgb" or "luma".
+    n_levels : int, optional
+        Levels are reduced to this many. Without, 256 or as many as the frames have.
+    window : int
+        Pairs that are kept, at most. When it is full a fifth of it is forgotten at once.
+
+    Raises
+    ------
+    ParameterError
+        If `window` is less than 1.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from chartless import AffineNoise, named_curve, simulate_frames
+    >>> scene = np.random.default_rng(1).uniform(size=(300, 400, 1))
+    >>> noise = AffineNoise.from_8bit(0.03, 16)
+    >>> live = LiveEvidence()
+    >>> for levels in simulate_frames(scene, named_curve("srgb"), noise, n_frames=4):
+    ...     outcome = live.add(Frame(Path("camera"), levels))
+    >>> outcome, live.n_frames, live.n_kept
+    (<Outcome.USED: 'used'>, 4, 3)
+    >>> calibration = live_calibration(live)
+    >>> abs(calibration.channel("Y").curve.response(0.18) - 0.46) < 0.05
+    np.True_
+    """
+
+    def __init__(
+        self, *, channels: str = "auto", n_levels: int | None = None, window: int = WINDOW
+    ) -> None:
+        if window < 1:
+            msg = f"the window must hold 1 pair of frames or more, not {window}"
+            raise ParameterError(msg)
+        self.channels, self.n_levels, self.window = channels, n_levels, window
+        self.outcomes: Counter[Outcome] = Counter()
+        """How many frames had each outcome."""
+        self.last: Frame | None = None
+        """The latest frame."""
+        self._planes: dict[str, Levels] = {}
+        n_blocks = min(_BLOCKS, window)
+        self._block_size = window // n_blocks
+        self._blocks: deque[_Block] = deque(maxlen=n_blocks)
+
+    @property
+    def n_frames(self) -> int:
+        """Frames that were added."""
+        return self.outcomes.total()
+
+    @property
+    def n_used(self) -> int:
+        """Frames that were compared with the one before and counted, now forgotten or not."""
+        return sum(count for outcome, count in self.outcomes.items() if outcome.is_used)
+
+    @property
+    def n_kept(self) -> int:
+        """Pairs of frames that the evidence is of."""
+        return sum(len(block.checks) for block in self._blocks)
+
+    def add(self, frame: Frame) -> Outcome:
+        """Compare a frame with the one before.
+
+        Parameters
+        ----------
+        frame : Frame
+            Of a file or made of an array: ``Frame(Path("camera"), levels)``. It is held until the
+            next one comes, so its levels must not change.
+
+        Returns
+        -------
+        Outcome
+
+        Raises
+        ------
+        UnfitFramesError
+            If its size, channels or bit depth are not those of the frames before, whose evidence
+            remains as it is.
+        ParameterError
+            If `channels` or `n_levels` does not suit the frame.
+        """
+        outcome = self._compared(frame)
+        self.outcomes[outcome] += 1
+        return outcome
+
+    def _compared(self, frame: Frame) -> Outcome:
+        if self.last is None:
+            self.n_levels = self.n_levels or min(_LEVELS, frame.white + 1)
+        else:
+            require_alike(self.last, frame, one_exposure=False)
+            if np.array_equal(self.last.levels, frame.levels):
+                return Outcome.REPEATED
+        assert self.n_levels is not None
+        before, planes = self._planes, planes_of(frame, self.channels, self.n_levels)
+        self.last, self._planes = frame, planes
+        if not before:
+            return Outcome.FIRST
+        tables, check = compare_pair(before, planes, self.n_levels, None)
+        doubts = doubts_about(check)
+        if unfit(check) is not None or doubts & _MOVED:
+            return Outcome.LIGHT_CHANGED if Flag.BRIGHTNESS_DRIFT in doubts else Outcome.MOVED
+        return self._count(tables, check)
+
+    def _count(self, tables: dict[str, Cooccurrence], check: PairCheck) -> Outcome:
+        middle = tables[list(tables)[len(tables) // 2]]
+        pixels, _, _ = difference_moments(middle.counts)
+        noise = _NoiseLevel(pixels, difference_deviation(middle))
+        outcome = Outcome.USED
+        if self._blocks and noise.differs(self._blocks[0].noise):
+            self._blocks.clear()
+            outcome = Outcome.ANEW
+        if not self._blocks or len(self._blocks[-1].checks) == self._block_size:
+            self._blocks.append(_Block(self.n_frames, noise, tables, [check]))
+            return outcome
+        block = self._blocks[-1]
+        block.tables = {name: table + tables[name] for name, table in block.tables.items()}
+        block.checks.append(check)
+        return outcome
+
+    def evidence(self) -> NoiseEvidence:
+        """Sum of what is kept.
+
+        Returns
+        -------
+        NoiseEvidence
+            With one source; its remarks say how many frames were used.
+
+        Raises
+        ------
+        UnfitFramesError
+            If there is nothing yet.
+        """
+        if self.last is None:
+            msg = "there are no frames yet: connect the camera"
+            raise UnfitFramesError(msg)
+        if not self._blocks:
+            left_out = self._left_out()
+            reason = f"of {self.n_frames} frames, {left_out}" if left_out else "there is only one"
+            msg = (
+                f"{self.last.path}: no two frames are still ({reason}): put the camera on a tripod "
+                "in front of a still scene in steady light"
+            )
+            raise UnfitFramesError(msg)
+        first, *others = self._blocks
+        tables = first.tables
+        for block in others:
+            tables = {name: table + block.tables[name] for name, table in tables.items()}
+        checks = tuple(check for block in self._blocks for check in block.checks)
+        source = FrameSource(
+            self.last.path,
+            self.last.sha256,
+            (*self.last.remarks, self._account()),
+            span=(first.first, self.n_frames),
+            n_used=len(checks) + 1,
+        )
+        return NoiseEvidence(tables, checks, self.last.bit_depth, (source,), len(checks) + 1)
+
+    def _account(self) -> str:
+        left_out = self._left_out()
+        return (
+            f"used {self.n_used} of {self.n_frames} frames, each with the one before, and kept the "
+            f"last {self.n_kept}" + (f"; left out: {left_out}" if left_out else "")
+        )
+
+    def _left_out(self) -> str:
+        """How many frames were left out, for each reason."""
+        return ", ".join(
+            f"{outcome.value} {self.outcomes[outcome]} times"
+            for outcome in Outcome
+            if self.outcomes[outcome] and not outcome.is_used and outcome is not Outcome.FIRST
+        )
+
+
+def live_calibration(live: LiveEvidence) -> Calibration:
+    """Calibrate from the noise level of what is kept: milliseconds for each channel.
+
+    Parameters
+    ----------
+    live : LiveEvidence
+
+    Returns
+    -------
+    Calibration
+        By the method nlf.
+
+    Raises
+    ------
+    UnfitFramesError
+        If nothing can be learned from what there is so far; the message says what to do.
+    """
+    evidence = live.evidence()
+    flags = screen(evidence.tables, evidence.checks)
+    search = NoiseLevelSearch()
+    responses = tuple(
+        search.calibrate(table, channel=name, n_frames=evidence.n_frames).with_flags(*flags[name])
+        for name, table in evidence.tables.items()
+    )
+    settings = {
+        "method": search.method,
+        "model": search.family,
+        "evidence": "noise of a running camera",
+        "channels": live.channels,
+        "levels": live.n_levels,
+        "window": live.window,
+        **search.settings,
+    }
+    return Calibration(
+        channels=responses,
+        bit_depth=evidence.bit_depth,
+        provenance=provenance(evidence.sources, settings, responses),
+    )
+
+
+def is_enough(live: LiveEvidence, calibration: Calibration, until: float = GOOD_BAND) -> bool:
+    """Whether to stop and save: enough pairs, nothing grave, and a band of at most `until`.
+
+    Parameters
+    ----------
+    live : LiveEvidence
+    calibration : Calibration
+        Of it.
+    until : float
+        Deviation of the light at white, see `chartless.verdict.band`.
+    """
+    known = band(calibration.channels)
+    trusted = verdict(calibration.channels).grade is not Grade.DISTRUST
+    return live.n_kept >= LEAST and trusted and known is not None and known <= until
