@@ -134,22 +134,36 @@ def draw_response(
 ) -> None:
     """Brightness over irradiance, with the deviation as a band where it is known."""
     for response in channels:
-        colour = CHANNEL_COLOURS[response.name]
-        kept = _kept(response)
-        level = _brightness(response)
         error = "" if truth is None else f" (RMSE {rmse(response.curve, truth):.3f})"
-        inverse = response.inverse_lut
-        axes.plot(inverse[kept], level[kept], color=colour, label=f"{response.name}{error}")
-        if response.inverse_lut_std is not None:
-            light, spread = inverse[kept], response.inverse_lut_std[kept]
-            axes.fill_betweenx(
-                level[kept], light - spread, light + spread, color=colour, alpha=0.2, linewidth=0
-            )
-        low, high = response.observed_levels
-        axes.plot(inverse[[low, high]], level[[low, high]], "o", color=colour, markersize=4)
+        _draw_curve(axes, response, CHANNEL_COLOURS[response.name], f"{response.name}{error}")
     if truth is not None:
         irradiance = np.linspace(0, 1, 1024)
         axes.plot(irradiance, truth.response(irradiance), "k--", linewidth=1.2, label="truth")
+    _frame_responses(axes)
+
+
+def draw_responses(axes: Axes, named: Sequence[tuple[str, Response]]) -> None:
+    """Brightness over irradiance of several cameras, by name, as `draw_response` does for one."""
+    for place, (name, response) in enumerate(named):
+        _draw_curve(axes, response, SERIES_COLOURS[place % len(SERIES_COLOURS)], name)
+    _frame_responses(axes)
+
+
+def _draw_curve(axes: Axes, response: Response, colour: str, label: str) -> None:
+    kept = _kept(response)
+    level = _brightness(response)
+    inverse = response.inverse_lut
+    axes.plot(inverse[kept], level[kept], color=colour, label=label)
+    if response.inverse_lut_std is not None:
+        light, spread = inverse[kept], response.inverse_lut_std[kept]
+        axes.fill_betweenx(
+            level[kept], light - spread, light + spread, color=colour, alpha=0.2, linewidth=0
+        )
+    low, high = response.observed_levels
+    axes.plot(inverse[[low, high]], level[[low, high]], "o", color=colour, markersize=4)
+
+
+def _frame_responses(axes: Axes) -> None:
     axes.plot([0, 1], [0, 1], color="0.8", linewidth=0.8, zorder=0)
     axes.set(
         title="Response (dots: range of levels seen)",

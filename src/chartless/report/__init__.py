@@ -10,8 +10,11 @@ from chartless._files import require_writable, write_text
 from chartless.calibration import Calibration
 from chartless.errors import ChartlessError, OutputError
 from chartless.frame import Frame
+from chartless.report._comparison import comparison as comparison
 from chartless.report._notebook import card as card
+from chartless.report._page import environment as environment
 from chartless.report._page import render as render
+from chartless.report._page import stylesheet as stylesheet
 
 _SUFFIXES = (".html", ".htm")
 

@@ -56,8 +56,8 @@ def render(calibration: Calibration, frame: Frame | None = None) -> str:
         If the frame's channels are not those of the calibration.
     """
     judged = verdict(calibration.channels)
-    return _environment().from_string(_part("page.html")).render(
-        style=Markup(_part("page.css")),  # noqa: S704 - ours
+    return environment().from_string(part("page.html")).render(
+        style=Markup(stylesheet()),  # noqa: S704 - ours
         verdict=judged,
         grade=judged.grade.name.lower(),
         mark=_MARKS[judged.grade],
@@ -72,11 +72,18 @@ def render(calibration: Calibration, frame: Frame | None = None) -> str:
     )  # fmt: skip
 
 
-def _part(name: str) -> str:
+def part(name: str) -> str:
+    """Text of a template or style beside this file."""
     return files("chartless.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def _environment() -> Environment:
+def stylesheet() -> str:
+    """Style of reports, for screens in light and dark and for paper."""
+    return part("page.css")
+
+
+def environment() -> Environment:
+    """Templates as all pages here use them."""
     made = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
