@@ -1,5 +1,9 @@
 import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -12,6 +16,9 @@ settings.load_profile("unattended" if os.environ.get("CI") == "true" else "here"
 # Looking for doctests, pytest would import each conftest.py as a module of that one name.
 collect_ignore_glob = ["*conftest.py"]
 
+Browser = Any
+Launch = Callable[..., Browser]
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _DATA = Path(__file__).parents[2] / "shared" / "data"
 
 
@@ -25,3 +32,32 @@ def data_path() -> Path:
     if os.environ.get("CI") == "true":
         pytest.fail(why)
     pytest.skip(why)
+
+
+@pytest.fixture(scope="module")
+def launch() -> Iterator[Launch]:
+    """Start headless Chromium, with further arguments for its command line."""
+    api = pytest.importorskip(
+        "playwright.sync_api", reason="no Playwright: pip install 'chartless[browser]'"
+    )
+    program = next(filter(None, map(shutil.which, _BROWSERS)), None)
+    if program is None:
+        pytest.skip(f"no browser: install one of {', '.join(_BROWSERS)}")
+    with api.sync_playwright() as playwright, ExitStack() as opened:
+        # Its sandbox refuses to run as root, as containers do.
+        sandbox = [] if os.geteuid() else ["--no-sandbox"]
+
+        def start(*arguments: str) -> Browser:
+            started = playwright.chromium.launch(
+                executable_path=program, args=[*sandbox, *arguments]
+            )
+            opened.callback(started.close)
+            return started
+
+        yield start
+
+
+@pytest.fixture(scope="module")
+def browser(launch: Launch) -> Browser:
+    """Headless Chromium."""
+    return launch()

@@ -1,8 +1,6 @@
 """The report in a browser: on a phone, in the dark, without JavaScript or network, on paper."""
 
-import os
 import re
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,23 +16,6 @@ from chartless.report import save
 pytestmark = pytest.mark.slow
 
 Browser, Page = Any, Any
-_NAMES = ("chromium", "chromium-browser", "google-chrome")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    api = pytest.importorskip(
-        "playwright.sync_api", reason="no Playwright: pip install 'chartless[browser]'"
-    )
-    program = next(filter(None, map(shutil.which, _NAMES)), None)
-    if program is None:
-        pytest.skip(f"no browser: install one of {', '.join(_NAMES)}")
-    with api.sync_playwright() as playwright:
-        # Its sandbox refuses to run as root, as containers do.
-        sandbox = [] if os.geteuid() else ["--no-sandbox"]
-        browser = playwright.chromium.launch(executable_path=program, args=sandbox)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

@@ -23,6 +23,7 @@ from chartless.cli.linearize import linearize
 from chartless.cli.merge import merge
 from chartless.cli.models import models
 from chartless.cli.reproduce import app as reproduce
+from chartless.cli.serve import serve
 from chartless.cli.show import show
 from chartless.cli.simulate import simulate
 from chartless.errors import ChartlessError
@@ -37,6 +38,7 @@ app = typer.Typer(
 )
 for command in (demo, calibrate, linearize, merge, show, simulate, fit, compare, models):
     app.command()(command)
+app.command()(serve)
 app.command()(export)
 app.command("import")(import_)
 app.add_typer(data, name="data")

@@ -1,0 +1,41 @@
+"""``chartless serve``: the page for who does not like a terminal."""
+
+from typing import Annotated
+
+import typer
+
+
+def serve(
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; any but this computer's takes a token.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for any free one.")] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
+    ] = True,
+    most_megabytes: Annotated[
+        int, typer.Option(min=1, help="Size of all files of a browser, at most.")
+    ] = 4096,
+) -> None:
+    """Calibrate in the browser: drop frames, see the report, take the files.
+
+    The page is this computer's own: nothing leaves it, and nobody else gets in. Stop it with
+    Ctrl-C; then its files are removed.
+
+    \b
+    Example:
+        chartless serve
+        chartless serve --port 8000 --no-browser
+        chartless serve --host 0.0.0.0 --port 8000
+    """
+    from chartless.web import Limits
+    from chartless.web import serve as serve_page
+
+    size = most_megabytes * 10**6
+    limits = Limits(file_bytes=size, total_bytes=size)
+    serve_page(host=host, port=port, browser=browser, limits=limits, on_start=_announce)
+    print("stopped")
+
+
+def _announce(address: str) -> None:
+    print(f"page at {address}\npress Ctrl-C to stop", flush=True)

@@ -1,0 +1,21 @@
+"""How much a browser may ask for."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Limits of uploads, for each browser."""
+
+    file_bytes: int = 1 << 30
+    """Of one file: a minute of video."""
+    total_bytes: int = 4 << 30
+    files: int = 500
+    cameras: int = 50
+    """Results that are kept."""
+    pixels: int = 150_000_000
+    """Of one picture; the largest cameras make as many."""
+    worker_bytes: int = 8 << 30
+    """Address space of a process that calibrates."""
+    sessions: int = 50
+    """Browsers; beyond, the one that was quiet longest is forgotten."""

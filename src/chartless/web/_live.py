@@ -1,0 +1,106 @@
+"""The live view: frames that the browser takes from its camera, and the curve that they give."""
+
+import asyncio
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from chartless.calibration import Calibration
+from chartless.errors import ImageError, UnfitFramesError
+from chartless.frame import Frame
+from chartless.live import LiveEvidence, is_enough, live_calibration
+from chartless.report import card
+from chartless.types import JsonObject, Levels
+
+MOST_BYTES = 64_000_000
+"""Of a frame: 16 megapixels in red, green, blue and nothing."""
+_INTERVAL = 1.0  # seconds between two drawings of the curve, each a tenth of a second
+_BLACK, _WHITE = 16, 235  # of luma in limited range (ITU-R BT.601)
+_NAME = Path("camera")  # in messages and in the calibration
+
+
+class Shape(NamedTuple):
+    """What a browser says of the bytes of a frame."""
+
+    width: int
+    height: int
+    kind: str
+    """luma: one byte for each pixel; rgba: four."""
+    is_full: bool
+    """Whether luma is 0 at black and 255 at white."""
+
+    @property
+    def n_bytes(self) -> int:
+        """Length that the frame must have."""
+        return self.width * self.height * (1 if self.kind == "luma" else 4)
+
+
+def frame_of(content: bytes, shape: Shape) -> Frame:
+    """Frame from the bytes that a browser sent.
+
+    Raises
+    ------
+    ImageError
+        If they are not as many as the shape asks for.
+    """
+    if shape.kind not in {"luma", "rgba"} or min(shape[:2]) < 1 or len(content) != shape.n_bytes:
+        msg = "sent a frame of another size than it says: load the page again"
+        raise ImageError(str(_NAME), msg)
+    samples = np.frombuffer(content, np.uint8).reshape(shape.height, shape.width, -1)
+    if shape.kind == "rgba":
+        what = "R′G′B′ as the browser shows them, converted from what the camera sent"
+        return Frame(_NAME, np.ascontiguousarray(samples[..., :3]), remarks=(what,))
+    if shape.is_full:
+        return Frame(_NAME, samples, remarks=("Y′ as the camera sent it; black 0, white 255",))
+    levels: Levels = np.clip(samples, _BLACK, _WHITE) - np.uint8(_BLACK)
+    what = f"Y′ as the camera sent it; black {_BLACK}, white {_WHITE}"
+    return Frame(_NAME, levels, remarks=(what,), white=_WHITE - _BLACK)
+
+
+class LiveView:
+    """Evidence of one browser's camera, and the latest curve."""
+
+    def __init__(self) -> None:
+        self._evidence = LiveEvidence()
+        self._drawn = 0.0
+        self.lock = asyncio.Lock()
+        """Held by who adds a frame or asks for the calibration."""
+
+    def add(self, content: bytes, shape: Shape, until: float) -> JsonObject:
+        """Count a frame; what the page shows, with the curve if it was drawn anew.
+
+        Raises
+        ------
+        ImageError
+            As `frame_of` does.
+        UnfitFramesError
+            If the frame is of another kind than those before.
+        """
+        outcome = self._evidence.add(frame_of(content, shape))
+        answer: JsonObject = {
+            "counts": (
+                f"{self._evidence.n_used} of {self._evidence.n_frames} frames used; "
+                f"the last: {outcome.value}"
+            )
+        }
+        now = time.monotonic()
+        if now - self._drawn < _INTERVAL:
+            return answer
+        try:
+            calibration = self.calibration()
+        except UnfitFramesError as error:
+            return {**answer, "curve": "", "note": str(error), "is_enough": False}
+        enough = is_enough(self._evidence, calibration, until)
+        answer |= {
+            "curve": card(calibration.channels),
+            "note": "Good enough." if enough else "Not good enough yet.",
+            "is_enough": enough,
+        }
+        self._drawn = time.monotonic()
+        return answer
+
+    def calibration(self) -> Calibration:
+        """Calibrate from what there is now; raises as `live_calibration` does."""
+        return live_calibration(self._evidence)

@@ -1,0 +1,37 @@
+"""The page itself, put together from its parts."""
+
+from importlib.resources import files
+
+from chartless.report import environment, stylesheet
+
+
+def part(name: str) -> str:
+    """Text of a file beside this one."""
+    return files("chartless.web").joinpath(name).read_text(encoding="utf-8")
+
+
+def style() -> str:
+    """Style of the reports, and what the page adds."""
+    return f"{stylesheet()}\n{part('page.css')}"
+
+
+def document() -> str:
+    """The page, with the methods, families and formats that there are."""
+    from chartless.calibrators import CALIBRATORS
+    from chartless.luts import FORMATS
+    from chartless.models import MODELS
+    from chartless.plan import KINDS
+    from chartless.workflow import DEFAULT_METHOD, RAW_METHOD
+
+    return (
+        environment()
+        .from_string(part("page.html"))
+        .render(
+            # Raw files choose their method themselves.
+            methods=[name for name in CALIBRATORS if name != RAW_METHOD],
+            default_method=DEFAULT_METHOD,
+            models=list(MODELS),
+            kinds=KINDS,
+            formats=[each for each in FORMATS.values() if each.is_written],
+        )
+    )

@@ -1,0 +1,295 @@
+// The page: what the server knows is drawn, what the user does is asked of the server.
+
+import { setUpLive } from "./live.js";
+
+const find = (id) => document.getElementById(id);
+const POLL = 300; // milliseconds between two looks at work that goes on
+const MARKS = { good: "✓", care: "!", distrust: "✕" };
+const GRADES = { good: "good", care: "usable with care", distrust: "do not trust" };
+
+let state = { files: [], cameras: [] };
+let shown = location.hash.slice(1); // id of the result in sight, or "comparison"
+let drawn = ""; // the result whose report is in sight
+let timer = 0;
+const compared = new Set();
+
+/* Requests. */
+
+async function ask(path, settings = {}) {
+  const { json, ...rest } = settings;
+  const answer = await fetch(`api/${path}`, {
+    ...rest,
+    headers: { "X-Chartless": "1" },
+    ...(json === undefined ? {} : { body: JSON.stringify(json) }),
+  }).catch(() => {
+    throw new Error("chartless serve does not answer: start it again in its terminal.");
+  });
+  if (!answer.ok) throw new Error(await reason(answer));
+  return answer;
+}
+
+async function reason(answer) {
+  const text = await answer.text();
+  try {
+    return JSON.parse(text).error;
+  } catch {
+    return text || `the server answered ${answer.status}`;
+  }
+}
+
+function tell(text) {
+  find("message").hidden = !text;
+  find("message").textContent = text;
+}
+
+function attempt(action) {
+  return async (...given) => {
+    try {
+      await action(...given);
+    } catch (error) {
+      tell(error.message);
+    }
+  };
+}
+
+/* What there is. */
+
+async function refresh() {
+  clearTimeout(timer);
+  state = await (await ask("state")).json();
+  draw();
+  if (state.cameras.some((each) => each.state === "running")) {
+    timer = setTimeout(attempt(refresh), POLL);
+  }
+}
+
+function draw() {
+  replace(find("uploads"), state.files.map(uploadRow));
+  replace(find("cameras"), state.cameras.map(cameraRow));
+  find("none").hidden = state.cameras.length > 0;
+  find("calibrate").disabled = !state.files.some((each) => each.role === "frame");
+  for (const id of compared) {
+    if (!state.cameras.some((each) => each.id === id)) compared.delete(id);
+  }
+  find("compare").hidden = compared.size < 2;
+  drawSheet();
+}
+
+// Rows that have not changed stay, so that focus and open menus do.
+function replace(list, rows) {
+  const old = new Map([...list.children].map((each) => [each.dataset.key, each]));
+  list.replaceChildren(...rows.map(({ key, make }) => old.get(key) ?? keyed(make(), key)));
+}
+
+function keyed(element, key) {
+  element.dataset.key = key;
+  return element;
+}
+
+function make(name, settings = {}, ...children) {
+  const element = Object.assign(document.createElement(name), settings);
+  element.append(...children);
+  return element;
+}
+
+function removeButton(name, action) {
+  const button = make("button", { type: "button", textContent: "×", title: `Remove ${name}` });
+  button.setAttribute("aria-label", `Remove ${name}`);
+  button.addEventListener("click", attempt(action));
+  return button;
+}
+
+function uploadRow(file) {
+  return {
+    key: JSON.stringify(file),
+    make() {
+      const roles = { frame: "frame", dark: "lens covered", unused: "leave out" };
+      const select = make("select", { ariaLabel: `Use of ${file.name}` });
+      select.append(...Object.entries(roles).map(([value, text]) => make("option", { value }, text)));
+      select.value = file.role;
+      select.addEventListener("change", attempt(async () => {
+        await ask(`files/${file.id}`, { method: "PATCH", json: { role: select.value } });
+        await refresh();
+      }));
+      const remove = removeButton(file.name, async () => {
+        await ask(`files/${file.id}`, { method: "DELETE" });
+        await refresh();
+      });
+      const size = `${(file.size / 1e6).toFixed(1)} MB`;
+      return make("li", {}, make("span", { title: size }, file.name), select, remove);
+    },
+  };
+}
+
+function cameraRow(camera) {
+  const grade = camera.result?.grade;
+  const ticked = compared.has(camera.id);
+  const current = camera.id === shown;
+  return {
+    key: JSON.stringify([camera.id, camera.state, ticked, current]),
+    make() {
+      const mark = grade ? MARKS[grade] : camera.state === "failed" ? "✕" : "…";
+      const words = GRADES[grade] ?? camera.state;
+      const sign = make("span", { className: `mark ${grade ?? "distrust"}`, ariaHidden: "true" }, mark);
+      if (camera.state === "running") sign.className = "mark";
+      const open = make("button", { type: "button", className: "open", title: words }, camera.title);
+      open.setAttribute("aria-label", `${camera.title}: ${words}`);
+      open.addEventListener("click", () => show(camera.id));
+      const remove = removeButton(camera.title, async () => {
+        await ask(`cameras/${camera.id}`, { method: "DELETE" });
+        await refresh();
+      });
+      const row = make("li", {}, sign, open);
+      if (current) row.setAttribute("aria-current", "true");
+      if (camera.state === "done") {
+        const tick = make("input", { type: "checkbox", checked: ticked, title: "Compare" });
+        tick.setAttribute("aria-label", `Compare ${camera.title}`);
+        tick.addEventListener("change", () => {
+          if (tick.checked) compared.add(camera.id);
+          else compared.delete(camera.id);
+          draw();
+        });
+        row.append(tick);
+      }
+      row.append(remove);
+      return row;
+    },
+  };
+}
+
+/* The sheet: a result, a comparison, or how to begin. */
+
+function show(id) {
+  shown = id;
+  history.replaceState(null, "", id ? `#${id}` : location.pathname);
+  tell("");
+  find("lost").textContent = "";
+  live.leave();
+  draw();
+  if (!find("shown").hidden) find("shown-title").focus();
+}
+
+function drawSheet() {
+  const camera = state.cameras.find((each) => each.id === shown);
+  const comparing = shown === "comparison" && compared.size > 1;
+  find("live").hidden = !live.running;
+  find("shown").hidden = live.running || !(camera || comparing);
+  find("welcome").hidden = live.running || !find("shown").hidden;
+  if (find("shown").hidden) return;
+  find("shown-title").textContent = comparing ? "Comparison" : camera.title;
+  const is = comparing ? "compared" : camera.state;
+  find("running").hidden = is !== "running";
+  find("failed").hidden = is !== "failed";
+  find("take").hidden = is !== "done";
+  for (const id of ["verdict-first", "report"]) {
+    find(id).hidden = is === "running" || is === "failed";
+  }
+  if (is === "running") {
+    find("stage").textContent = `${camera.stage[0].toUpperCase()}${camera.stage.slice(1)}…`;
+    find("bar").value = camera.share;
+  } else if (is === "failed") {
+    find("reason").textContent = camera.error;
+  } else if (is === "done") {
+    find("json").href = `api/cameras/${camera.id}/camera.json`;
+    find("keep").href = `api/cameras/${camera.id}/report.html?keep`;
+    fill(`cameras/${camera.id}/report.html`);
+  } else {
+    fill(`comparison?cameras=${[...compared].join(",")}`);
+  }
+}
+
+const fill = attempt(async (path) => {
+  if (drawn === path) return;
+  drawn = path;
+  find("verdict-first").replaceChildren();
+  find("report").replaceChildren();
+  const text = await (await ask(path)).text();
+  if (drawn !== path) return; // something else was asked for meanwhile
+  const page = new DOMParser().parseFromString(text, "text/html");
+  const parts = [...(page.querySelector("main") ?? page.body).children];
+  const first = parts[0].classList.contains("verdict") ? 1 : 0;
+  find("verdict-first").replaceChildren(...parts.slice(0, first));
+  find("report").replaceChildren(...parts.slice(first));
+});
+
+/* What the user does. */
+
+const upload = attempt(async (files) => {
+  tell("");
+  const refused = [];
+  let camera = "";
+  for (const [place, file] of [...files].entries()) {
+    find("status").textContent = `Taking ${file.name} (${place + 1} of ${files.length})…`;
+    try {
+      const path = `files?name=${encodeURIComponent(file.name)}`;
+      const added = await (await ask(path, { method: "PUT", body: file })).json();
+      if (added.is_camera) camera = added.id;
+    } catch (error) {
+      refused.push(error.message);
+    }
+  }
+  find("status").textContent = "";
+  await refresh();
+  if (camera) show(camera);
+  tell(refused.join(" "));
+});
+
+const calibrate = attempt(async () => {
+  tell("");
+  const options = Object.fromEntries(new FormData(find("options")));
+  const { id } = await (await ask("cameras", { method: "POST", json: options })).json();
+  await refresh();
+  show(id);
+});
+
+find("files").addEventListener("change", async () => {
+  await upload(find("files").files);
+  find("files").value = "";
+});
+addEventListener("dragover", (event) => {
+  event.preventDefault();
+  find("drop").classList.add("over");
+});
+addEventListener("dragleave", (event) => {
+  if (!event.relatedTarget) find("drop").classList.remove("over");
+});
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  find("drop").classList.remove("over");
+  if (event.dataTransfer.files.length) upload(event.dataTransfer.files);
+});
+find("options").addEventListener("submit", (event) => {
+  event.preventDefault();
+  calibrate();
+});
+// Once there is a result, another method or model is tried at once.
+for (const name of ["method", "model"]) {
+  find("options").elements[name].addEventListener("change", () => {
+    if (state.cameras.length && !find("calibrate").disabled) calibrate();
+  });
+}
+find("stop").addEventListener("click", attempt(async () => {
+  await ask(`cameras/${shown}`, { method: "DELETE" });
+  await refresh();
+}));
+find("compare").addEventListener("click", () => show("comparison"));
+find("export").addEventListener("click", attempt(async () => {
+  find("lost").textContent = "";
+  const answer = await ask(`cameras/${shown}/export/${find("format").value}`);
+  const [, name] = answer.headers.get("Content-Disposition").match(/filename="([^"]+)"/);
+  const lost = decodeURIComponent(answer.headers.get("X-Lost"));
+  const address = URL.createObjectURL(await answer.blob());
+  make("a", { href: address, download: name }).click();
+  URL.revokeObjectURL(address);
+  find("lost").textContent = lost ? `${name} does not hold everything: ${lost}.` : "";
+}));
+
+const live = setUpLive({ ask, tell, attempt, redraw: draw, saved: async (id) => {
+  await refresh();
+  show(id);
+} });
+
+attempt(async () => {
+  await (await ask("session", { method: "POST" })).json();
+  await refresh();
+})();

@@ -1,0 +1,222 @@
+"""``chartless serve`` as a program: how it starts, and that nothing is left when it ends."""
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from web_client import PATIENCE, Client
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX systems")
+
+Start = Callable[..., "Server"]
+_PROGRAM = [sys.executable, "-m", "chartless"]
+
+
+class Server:
+    """A running program, its temporary files in a folder of their own."""
+
+    def __init__(self, process: subprocess.Popen[str], folder: Path) -> None:
+        self.process, self.folder = process, folder
+        assert process.stdout is not None
+        self.line = process.stdout.readline()
+
+    @property
+    def client(self) -> Client:
+        found = re.search(r":(\d+)/", self.line)
+        assert found, self.line
+        return Client(int(found[1])).begin()
+
+    def end(self, number: int) -> tuple[int, str, str]:
+        """Status and output after a signal."""
+        self.process.send_signal(number)
+        out, err = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, out, err
+
+    def is_cleared(self) -> bool:
+        """Whether soon nothing is left: no files, and no process that works there."""
+        for _ in range(100):
+            if not any(self.folder.iterdir()) and not list(workers(self.folder)):
+                return True
+            time.sleep(0.1)
+        return False
+
+
+def workers(folder: Path) -> Iterator[int]:
+    """Processes that run in a folder, or are told of it."""
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            told = str(folder).encode() in (process / "cmdline").read_bytes()
+            inside = str((process / "cwd").readlink()).startswith(str(folder))
+            if told or inside:
+                yield int(process.name)
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    started: list[subprocess.Popen[str]] = []
+
+    def run(*arguments: str) -> Server:
+        folder = tmp_path / "temporary"
+        folder.mkdir(exist_ok=True)
+        process = subprocess.Popen(
+            [*_PROGRAM, "serve", "--no-browser", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "TMPDIR": str(folder)},
+        )
+        started.append(process)
+        return Server(process, folder)
+
+    yield run
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def busy(server: Server, frames: list[Path]) -> Client:
+    """A client for whom a calibration is being made."""
+    client = server.client
+    for path in frames:
+        client.put(path.name, path.read_bytes())
+    client.ask("POST", "/api/cameras", {"method": "ism-bin"})
+    for _ in range(200):
+        (camera,) = client.state["cameras"]
+        if camera["stage"] == "estimating":
+            return client
+        assert camera["state"] == "running"
+        time.sleep(0.05)
+    pytest.fail("the calibration did not begin")
+
+
+def test_it_says_where_the_page_is_and_listens_there_alone(start: Start) -> None:
+    server = start()
+
+    assert re.fullmatch(r"page at http://127\.0\.0\.1:\d+/\n", server.line)
+    assert server.client.ask("GET", "/").status == 200
+    listening = Path("/proc/net/tcp").read_text()
+    port = f"{server.client.port:04X}"
+    assert f"0100007F:{port}" in listening
+    assert f"00000000:{port}" not in listening
+
+
+def test_another_address_takes_a_token(start: Start) -> None:
+    server = start("--host", "0.0.0.0")
+    token = re.search(r"\?token=([\w-]{20,})", server.line)
+    assert token is not None
+    client = Client(int(server.line.split(":")[2].split("/")[0]))
+
+    assert client.ask("GET", "/").status == 403
+    assert client.ask("GET", f"/?token={token[1]}").status == 303
+    assert client.ask("GET", "/").status == 200
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_in_the_middle_of_a_job_it_ends_at_once(
+    start: Start, frames: list[Path], number: int
+) -> None:
+    server = start()
+    busy(server, frames)
+    begun = time.monotonic()
+
+    status, out, err = server.end(number)
+
+    assert time.monotonic() - begun < 10
+    assert (status, err) == (0, "")
+    assert out.endswith("stopped\n")
+    assert server.is_cleared()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
+def test_killed_in_the_middle_of_a_job_it_leaves_nothing(start: Start, frames: list[Path]) -> None:
+    server = start()
+    busy(server, frames)
+    assert list(workers(server.folder))
+
+    server.end(signal.SIGKILL)
+
+    assert server.is_cleared()
+
+
+def test_interrupted_while_a_file_is_sent_it_ends(start: Start) -> None:
+    server = start()
+    client = server.client
+    cookie = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
+    with socket.create_connection(("127.0.0.1", client.port)) as connection:
+        connection.sendall(
+            f"PUT /api/files?name=a.png HTTP/1.1\r\nHost: 127.0.0.1:{client.port}\r\n"
+            f"X-Chartless: 1\r\nCookie: {cookie}\r\nContent-Length: 1000000\r\n\r\n".encode()
+        )
+        connection.sendall(b"\x89PNG")
+        time.sleep(0.3)
+
+        status, _, err = server.end(signal.SIGINT)
+
+    assert (status, err) == (0, "")
+    assert server.is_cleared()
+
+
+def test_a_port_in_use(start: Start) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        server = start("--port", str(port))
+        out, err = server.process.communicate(timeout=PATIENCE)
+
+    assert server.process.returncode == 2
+    assert server.line + out == ""
+    assert err.startswith(f"chartless: error: cannot listen on 127.0.0.1, port {port}")
+    assert err.count("\n") == 1
+    assert not any(server.folder.iterdir())
+
+
+@pytest.mark.parametrize("host", ["no.such.host.invalid", "8.8.8.8", "a" * 300])
+def test_an_address_of_another_computer(start: Start, host: str) -> None:
+    server = start("--host", host)
+    _, err = server.process.communicate(timeout=PATIENCE)
+
+    assert server.process.returncode == 2
+    assert err.startswith("chartless: error: ")
+    assert err.count("\n") == 1
+
+
+def test_without_its_extra_it_says_what_to_install() -> None:
+    code = (
+        "import sys; sys.modules['uvicorn'] = None; from chartless.cli import main;"
+        "sys.exit(main(['serve', '--no-browser']))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+    assert run.returncode == 2
+    assert "pip install 'chartless[web]'" in run.stderr
+    assert run.stderr.count("\n") == 1
+
+
+def test_a_browser_that_does_not_open_is_no_error(start: Start, tmp_path: Path) -> None:
+    server_environment = {**os.environ, "BROWSER": "/does/not/exist %s", "TMPDIR": str(tmp_path)}
+    with subprocess.Popen(
+        [*_PROGRAM, "serve"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=server_environment,
+    ) as process:  # fmt: skip
+        server = Server(process, Path(tempfile.mkdtemp(dir=tmp_path)))
+        time.sleep(1)
+        assert server.client.ask("GET", "/").status == 200
+        status, _, _ = server.end(signal.SIGINT)
+
+    assert status == 0
+
+
+def test_its_help_has_examples() -> None:
+    run = subprocess.run([*_PROGRAM, "serve", "--help"], capture_output=True, text=True, check=True)
+
+    assert "chartless serve --port 8000 --no-browser" in run.stdout
