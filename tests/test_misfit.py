@@ -8,11 +8,11 @@ import pytest
 from PIL import Image
 from scipy.ndimage import gaussian_filter, median_filter
 
-from chartless.calibrators import LikelihoodSearch
+from chartless.calibrators import CALIBRATORS, LikelihoodSearch
 from chartless.cooccurrence import Cooccurrence, difference_moments
 from chartless.curves import named_curve
 from chartless.flags import Flag, Pattern
-from chartless.misfit import _kurtosis, misfit_pattern
+from chartless.misfit import _kurtosis, is_gaussian, misfit_pattern
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
 from chartless.response import Response
@@ -98,6 +98,17 @@ def test_a_good_camera_has_none() -> None:
     assert found.flags == ()
 
 
+@pytest.mark.parametrize(
+    "fault", ["none", *(name for name, (_, kind) in FAULTS.items() if kind != Pattern.LEVEL_WISE)]
+)
+def test_the_noise_level_alone_notices_what_is_not_gaussian(fault: str) -> None:
+    frames = good() if fault == "none" else FAULTS[fault][0]()
+
+    found = CALIBRATORS["nlf"]().calibrate(Cooccurrence.of_pair(*frames))
+
+    assert (Flag.MISFIT in found.flags) == (fault != "none")
+
+
 def test_a_family_too_stiff_is_wrong_about_the_noise_of_levels() -> None:
     light = 1 / (1 + (0.18 / (scene() + 1e-3)) ** 1.6)  # as film: seen through a linear camera
     rng = np.random.default_rng(4)
@@ -130,6 +141,21 @@ NORMAL = np.exp(-(DISTANCE**2) / (4 * 64))
 TRIANGULAR = np.maximum(0, 2 * 8 * np.sqrt(3) - DISTANCE)
 LAPLACE = (1 + DISTANCE / (8 / np.sqrt(2))) * np.exp(-DISTANCE / (8 / np.sqrt(2)))
 MOVERS = NORMAL + 2e-4 * np.exp(-(DISTANCE**2) / (4 * 40**2))
+
+
+def test_gaussian_is_what_has_the_kurtosis_of_the_model() -> None:
+    normal = pairs_of(NORMAL)
+
+    assert is_gaussian(normal, 3 * normal)
+    # A scene of another histogram makes no difference.
+    assert is_gaussian(
+        normal * np.linspace(1, 5, 256) * np.linspace(1, 5, 256)[:, np.newaxis], normal
+    )
+    assert not is_gaussian(pairs_of(TRIANGULAR), normal)
+    assert not is_gaussian(pairs_of(LAPLACE), normal)
+    assert not is_gaussian(pairs_of(MOVERS), normal)
+    # A hundred pixels prove nothing.
+    assert is_gaussian(pairs_of(LAPLACE) * 1e-4, normal)
 
 
 @pytest.mark.parametrize(

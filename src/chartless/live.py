@@ -14,7 +14,7 @@ of 1.1 changes them by 16 %; pairs of gains 1 and 2 together gave errors up to t
 """
 
 from collections import Counter, deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
@@ -27,7 +27,7 @@ from chartless.cooccurrence import Cooccurrence, difference_moments
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence import NoiseEvidence, compare_pair
 from chartless.flags import Flag
-from chartless.frame import Frame, FrameSource
+from chartless.frame import Frame
 from chartless.outliers import difference_deviation
 from chartless.provenance import provenance
 from chartless.screening import PairCheck, doubts_about, screen, unfit
@@ -85,6 +85,7 @@ class _Block:
 
     first: int
     """Number of the first frame."""
+    last: int
     noise: _NoiseLevel
     """Of the first pair."""
     tables: dict[str, Cooccurrence]
@@ -103,12 +104,12 @@ class LiveEvidence:
     n_levels : int, optional
         Levels are reduced to this many. Without, 256 or as many as the frames have.
     window : int
-        Pairs that are kept, at most. When it is full a fifth of it is forgotten at once.
+        Pairs that are kept, at most, and at least `LEAST`. A fifth is forgotten at a time.
 
     Raises
     ------
     ParameterError
-        If `window` is less than 1.
+        If `window` is less than `LEAST`.
 
     Examples
     --------
@@ -129,8 +130,8 @@ class LiveEvidence:
     def __init__(
         self, *, channels: str = "auto", n_levels: int | None = None, window: int = WINDOW
     ) -> None:
-        if window < 1:
-            msg = f"the window must hold 1 pair of frames or more, not {window}"
+        if window < LEAST:
+            msg = f"the window must hold {LEAST} pairs of frames or more, not {window}"
             raise ParameterError(msg)
         self.channels, self.n_levels, self.window = channels, n_levels, window
         self.outcomes: Counter[Outcome] = Counter()
@@ -138,9 +139,7 @@ class LiveEvidence:
         self.last: Frame | None = None
         """The latest frame."""
         self._planes: dict[str, Levels] = {}
-        n_blocks = min(_BLOCKS, window)
-        self._block_size = window // n_blocks
-        self._blocks: deque[_Block] = deque(maxlen=n_blocks)
+        self._blocks: deque[_Block] = deque(maxlen=_BLOCKS)
 
     @property
     def n_frames(self) -> int:
@@ -156,6 +155,26 @@ class LiveEvidence:
     def n_kept(self) -> int:
         """Pairs of frames that the evidence is of."""
         return sum(len(block.checks) for block in self._blocks)
+
+    @property
+    def account(self) -> str:
+        """What became of the frames, in words."""
+        anew = self.outcomes[Outcome.ANEW]
+        parts = (
+            f"{self.n_frames} frames, {self.n_used} used with the one before",
+            f"the last {self.n_kept} kept",
+            f"left out: {self._left_out}" if self._left_out else "",
+            f"began anew {anew}× as the noise changed" if anew else "",
+        )
+        return "; ".join(part for part in parts if part)
+
+    @property
+    def _left_out(self) -> str:
+        return ", ".join(
+            f"{outcome.value} {self.outcomes[outcome]}×"
+            for outcome in (Outcome.MOVED, Outcome.LIGHT_CHANGED, Outcome.REPEATED)
+            if self.outcomes[outcome]
+        )
 
     def add(self, frame: Frame) -> Outcome:
         """Compare a frame with the one before.
@@ -208,10 +227,12 @@ class LiveEvidence:
         if self._blocks and noise.differs(self._blocks[0].noise):
             self._blocks.clear()
             outcome = Outcome.ANEW
-        if not self._blocks or len(self._blocks[-1].checks) == self._block_size:
-            self._blocks.append(_Block(self.n_frames, noise, tables, [check]))
+        if not self._blocks or len(self._blocks[-1].checks) == self.window // _BLOCKS:
+            number = self.n_frames
+            self._blocks.append(_Block(number, number + 1, noise, tables, [check]))
             return outcome
         block = self._blocks[-1]
+        block.last = self.n_frames + 1
         block.tables = {name: table + tables[name] for name, table in block.tables.items()}
         block.checks.append(check)
         return outcome
@@ -233,8 +254,7 @@ class LiveEvidence:
             msg = "there are no frames yet: connect the camera"
             raise UnfitFramesError(msg)
         if not self._blocks:
-            left_out = self._left_out()
-            reason = f"of {self.n_frames} frames, {left_out}" if left_out else "there is only one"
+            reason = self._left_out or "there is only one"
             msg = (
                 f"{self.last.path}: no two frames are still ({reason}): put the camera on a tripod "
                 "in front of a still scene in steady light"
@@ -245,29 +265,13 @@ class LiveEvidence:
         for block in others:
             tables = {name: table + block.tables[name] for name, table in tables.items()}
         checks = tuple(check for block in self._blocks for check in block.checks)
-        source = FrameSource(
-            self.last.path,
-            self.last.sha256,
-            (*self.last.remarks, self._account()),
-            span=(first.first, self.n_frames),
+        source = replace(
+            self.last.source,
+            remarks=(*self.last.remarks, self.account),
+            span=(first.first, self._blocks[-1].last),
             n_used=len(checks) + 1,
         )
         return NoiseEvidence(tables, checks, self.last.bit_depth, (source,), len(checks) + 1)
-
-    def _account(self) -> str:
-        left_out = self._left_out()
-        return (
-            f"used {self.n_used} of {self.n_frames} frames, each with the one before, and kept the "
-            f"last {self.n_kept}" + (f"; left out: {left_out}" if left_out else "")
-        )
-
-    def _left_out(self) -> str:
-        """How many frames were left out, for each reason."""
-        return ", ".join(
-            f"{outcome.value} {self.outcomes[outcome]} times"
-            for outcome in Outcome
-            if self.outcomes[outcome] and not outcome.is_used and outcome is not Outcome.FIRST
-        )
 
 
 def live_calibration(live: LiveEvidence) -> Calibration:

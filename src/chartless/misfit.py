@@ -20,6 +20,10 @@ _GAUSSIAN, _PEAKED, _FLAT = 3.0, 0.05, 0.2
 # denoised, compressed and Laplacian noise up to 0.50.
 _FAR, _MOSTLY_FAR = 4.5, 0.6
 _FEWEST_PAIRS = 100  # at a sum of levels, for a fourth moment
+# Of the kurtosis from that of a model by the noise level alone: 0.035 or less in 57 of 60 simulated
+# cameras without faults; JPEG of quality 85, H.264 of CRF 10 (at an error of 0.009), movers and
+# shifts of 0.3 pixels 0.077 and more.
+_GAUSSIAN_ENOUGH = 0.07
 
 
 def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
@@ -39,8 +43,7 @@ def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
     single = 2 * _deviance(seen.sum(axis=0), expected.sum(axis=0))  # of either frame
     if single > _LEVEL_WISE * _deviance(seen, expected):
         return Pattern.LEVEL_WISE
-    pixels, _, squares = difference_moments(_unclipped(seen))
-    pixels[(pixels < _FEWEST_PAIRS) | (squares == 0)] = 0.0
+    pixels = _told(seen)
     kurtosis, far = _kurtosis(seen, pixels)
     model, model_far = _kurtosis(expected, pixels)
     # A poor model is wrong about the kurtosis too: a Gaussian's has to agree.
@@ -50,6 +53,30 @@ def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
     if min(model, _GAUSSIAN) - kurtosis > _FLAT:
         return Pattern.FLAT_TOPPED
     return Pattern.NOISE_LEVEL
+
+
+def is_gaussian(seen: Floats, expected: Floats) -> bool:
+    """Whether the differences of level pairs are spread about zero as Gaussian noise makes them.
+
+    Denoising, compression and movers change the kurtosis; scene and noise level do not. So it tells
+    of a model whose scene is not good enough for a deviance.
+
+    Parameters
+    ----------
+    seen, expected : ndarray of float, shape (L, L)
+        As for `misfit_pattern`.
+    """
+    pixels = _told(seen)
+    (kurtosis, _), (model, _) = _kurtosis(seen, pixels), _kurtosis(expected, pixels)
+    by_chance = np.sqrt(24 / max(1.0, float(pixels.sum())))  # of Gaussian numbers
+    return bool(abs(kurtosis - model) <= _GAUSSIAN_ENOUGH + 3 * by_chance)
+
+
+def _told(seen: Floats) -> Floats:
+    """Pixels at each sum of two levels that tell a kurtosis, shape (2L − 1,)."""
+    pixels, _, squares = difference_moments(_unclipped(seen))
+    pixels[(pixels < _FEWEST_PAIRS) | (squares == 0)] = 0.0
+    return pixels
 
 
 def _deviance(seen: Floats, expected: Floats) -> float:

@@ -116,7 +116,8 @@ def _grave(response: Response) -> set[Flag]:
 
 def _is_untested(response: Response) -> bool:
     """Whether level pairs were fitted by a method that tells no goodness of fit."""
-    return response.table is not None and response.deviance is None and response.similarity is None
+    unknown = response.deviance is None and response.similarity is None
+    return response.table is not None and unknown and Flag.MISFIT not in response.flags
 
 
 def _listed(flags: set[Flag]) -> str:

@@ -19,8 +19,8 @@ QUICK = ("--method", "ism-bin", "--levels", "64", "--rounds", "1")
 """Enough of a search where its outcome does not matter."""
 
 COMMANDS = (
-    "demo", "calibrate", "linearize", "merge", "show", "simulate", "fit", "compare", "models",
-    "reproduce fits",
+    "demo", "calibrate", "watch", "linearize", "merge", "show", "simulate", "fit", "compare",
+    "models", "reproduce fits",
 )  # fmt: skip
 
 
@@ -115,7 +115,7 @@ def test_an_unknown_option_of_the_program_is_named(refusal: Refusal) -> None:
 
 @pytest.mark.parametrize(
     ("command", "missing"),
-    [("calibrate", "frames"), ("linearize", "calibration"),
+    [("calibrate", "frames"), ("watch", "device"), ("linearize", "calibration"),
      ("merge", "frames"), ("show", "calibration"),
      ("simulate", "scene"), ("fit", "curve"), ("compare", "curves"),
      ("reproduce fits", "--output")],

@@ -260,7 +260,7 @@ def test_a_missing_video_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="others have no such names")
 def test_a_missing_webcam_is_refused() -> None:
-    assert refusal(Path("/dev/video-none")).startswith("is damaged or no video (No such file")
+    assert refusal(Path("/dev/video-none")).startswith("gives no pictures (No such file")
 
 
 def test_a_damaged_video_is_refused(

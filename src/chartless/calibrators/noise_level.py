@@ -15,8 +15,9 @@ from chartless.calibrators._base import (
 from chartless.curve_space import FreeCurve, free_curve
 from chartless.curves import SampledCurve
 from chartless.flags import Flag
-from chartless.likelihood import PairCounts
+from chartless.likelihood import PairCounts, PairModel
 from chartless.log_slopes import CurvePrior, measured_prior
+from chartless.misfit import is_gaussian
 from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD
 from chartless.noise_level import noise_level_start
 from chartless.outliers import SOME_MOVERS, without_outliers
@@ -30,7 +31,8 @@ from chartless.stabilised import warped
 class NoiseLevelSearch(AbstractCalibrator):
     """Curve from the noise level at a typical ratio u/v of the noise parameters.
 
-    The error bars allow for the ratio, which the noise level does not tell.
+    The error bars allow for the ratio, which the noise level does not tell. Noise that is not
+    Gaussian is flagged as a misfit.
 
     Parameters
     ----------
@@ -51,7 +53,9 @@ class NoiseLevelSearch(AbstractCalibrator):
         table = evidence.table
         prior = self.prior or measured_prior(table.n_levels)
         still, outliers = without_outliers(table)
-        fit, _ = noise_level_start(PairCounts.of(still), prior)
+        counts = PairCounts.of(still)
+        fit, scene = noise_level_start(counts, prior)
+        model = PairModel(fit.edges, fit.noise(TYPICAL_RATIO), scene)
         inverse = at_levels(fit.edges)
         space = free_curve(table.n_levels) if self.prior is None else FreeCurve(prior)
         spread = np.sqrt(2) * TYPICAL_SPREAD  # of ln r
@@ -75,7 +79,11 @@ class NoiseLevelSearch(AbstractCalibrator):
             outliers=outliers,
             table=still,
         )
-        return response.with_flags(*([Flag.MOVERS] if outliers > SOME_MOVERS else []))
+        doubts = (
+            (Flag.MOVERS, outliers > SOME_MOVERS),
+            (Flag.MISFIT, not is_gaussian(counts.pairs, model.pairs * counts.pairs.sum())),
+        )
+        return response.with_flags(*(flag for flag, holds in doubts if holds))
 
 
 CALIBRATORS.register("nlf", NoiseLevelSearch)

@@ -26,6 +26,7 @@ from chartless.cli.reproduce import app as reproduce
 from chartless.cli.serve import serve
 from chartless.cli.show import show
 from chartless.cli.simulate import simulate
+from chartless.cli.watch import watch
 from chartless.errors import ChartlessError
 
 BAD_INPUT, INTERNAL, INTERRUPTED = 2, 1, 130
@@ -36,7 +37,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
 )
-for command in (demo, calibrate, linearize, merge, show, simulate, fit, compare, models):
+for command in (demo, calibrate, watch, linearize, merge, show, simulate, fit, compare, models):
     app.command()(command)
 app.command()(serve)
 app.command()(export)

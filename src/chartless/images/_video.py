@@ -98,6 +98,8 @@ def read_video(
     except av.error.FFmpegError as error:
         where = f"after frame {place}" if place else "or no video"
         msg = f"is damaged {where} ({error.strerror}): copy it again or cut it before"
+        if not is_file:
+            msg = f"gives no pictures ({error.strerror}): check that the camera is there and free"
         raise ImageError(str(path), msg) from error
     if not place:
         msg = "has no frames: copy it again"

@@ -78,13 +78,8 @@ class LiveView:
         UnfitFramesError
             If the frame is of another kind than those before.
         """
-        outcome = self._evidence.add(frame_of(content, shape))
-        answer: JsonObject = {
-            "counts": (
-                f"{self._evidence.n_used} of {self._evidence.n_frames} frames used; "
-                f"the last: {outcome.value}"
-            )
-        }
+        self._evidence.add(frame_of(content, shape))
+        answer: JsonObject = {"counts": self._evidence.account}
         now = time.monotonic()
         if now - self._drawn < _INTERVAL:
             return answer
