@@ -30,7 +30,7 @@ def test_frames_in_curve_out(client: Client) -> None:
     assert not answers[0]["is_enough"]
     drawn = [each for each in answers if each.get("curve")]
     assert "<svg" in drawn[0]["curve"]
-    assert answers[-1]["counts"].startswith("used 13 of 14 frames")
+    assert answers[-1]["counts"].startswith("14 frames, 13 used")
     camera = client.finished(saved)
     assert camera["state"] == "done"
     kept = client.ask("GET", f"/api/cameras/{saved}/camera.json").json
@@ -38,7 +38,7 @@ def test_frames_in_curve_out(client: Client) -> None:
     truth = named_curve("srgb").inverse(np.linspace(0, 1, 256))
     assert np.sqrt(np.mean((channel["inverse_lut"] - truth) ** 2)) < 0.03
     assert kept["method"] == "nlf"
-    assert any("used 13 of 14 frames" in text for text in kept["provenance"]["remarks"])
+    assert any("14 frames, 13 used" in text for text in kept["provenance"]["remarks"])
 
 
 def test_a_new_start_forgets(client: Client) -> None:
@@ -48,7 +48,7 @@ def test_a_new_start_forgets(client: Client) -> None:
         answers = [
             client.ask("POST", f"/api/live/frames?{SHAPE}&until=0", each).json for each in frames
         ]
-        assert answers[-1]["counts"].startswith("used 2 of 3")
+        assert answers[-1]["counts"].startswith("3 frames, 2 used")
 
 
 def test_before_the_camera_was_started(client: Client) -> None:
