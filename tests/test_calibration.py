@@ -54,6 +54,22 @@ def test_light_is_g_of_every_level(dtype: type, colour: Calibration) -> None:
     assert np.abs(light - brightness ** (1 / np.array([0.4, 0.5, 0.6]))).max() < 1e-6
 
 
+@pytest.mark.parametrize("shape", [(0, 4, 3), (1, 1, 3), (64, 64, 3), (5, 3001, 3), (97, 101, 1)])
+def test_pictures_of_any_size(shape: tuple[int, ...], colour: Calibration) -> None:
+    """Pictures are looked up a part of some thousand pixels at a time."""
+    camera = colour if shape[-1] == 3 else Calibration(channels=colour.channels[:1], bit_depth=8)
+    levels = levels_of(shape)
+    tables = [each.curve.inverse(np.arange(256) / 255) for each in camera.channels]
+
+    light = camera.linearize(levels)
+
+    assert light.shape == shape
+    for place, table in enumerate(tables):
+        assert np.array_equal(light[..., place], table.astype(np.float32)[levels[..., place]])
+    turned = levels.swapaxes(0, 1)[:, ::-1]
+    assert np.array_equal(camera.linearize(turned), light.swapaxes(0, 1)[:, ::-1])
+
+
 @pytest.mark.parametrize(("dtype", "white"), [(np.uint8, 219), (np.uint16, 4095)])
 def test_light_counts_levels_from_white(dtype: type, white: int, grey: Calibration) -> None:
     levels = np.arange(white + 1, dtype=dtype).reshape(-1, 4)

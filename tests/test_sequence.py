@@ -28,11 +28,25 @@ def names(paths: list[Path]) -> list[str]:
         ("**/shot*.png", ["shot3.png", "shot1.png", "shot2.png", "shot10.png"]),
         ("f_%04d.png", ["f_0002.png", "f_0010.png", "f_10000.png"]),
         ("shot%d.png", ["shot1.png", "shot2.png", "shot10.png"]),
-        ("shot%02d.png", ["shot10.png"]),
+        ("shot%01d.png", ["shot1.png", "shot2.png", "shot10.png"]),
+        ("f_%d.png", ["f_0002.png", "f_0010.png", "f_10000.png"]),
     ],
 )
 def test_patterns_become_files_in_order(pattern: str, found: list[str], folder: Path) -> None:
     assert names(expanded([folder / pattern])) == found
+
+
+@pytest.mark.parametrize(("width", "left_out"), [("02", "shot1.png"), ("0004", "shot1.png")])
+def test_numbers_of_fewer_digits_are_not_left_out(width: str, left_out: str, folder: Path) -> None:
+    pattern = folder / f"shot%{width}d.png"
+
+    with pytest.raises(ImageError) as caught:
+        expanded([pattern])
+
+    assert str(caught.value) == (
+        f"{pattern}: leaves out {left_out}, whose number has fewer digits: write shot%d.png for "
+        "numbers of any digits"
+    )
 
 
 def test_names_stay_as_given_and_where_they_are(folder: Path) -> None:

@@ -151,6 +151,18 @@ def test_repeated_frames_are_left_out_with_a_remark() -> None:
     assert found.sources[0].remarks[-1] == "left out 10 frames that repeat the one before"
 
 
+@pytest.mark.parametrize(("white", "n_levels"), [(219, 220), (255, 256), (876, 256)])
+def test_levels_are_those_of_the_video_up_to_256(white: int, n_levels: int) -> None:
+    rng = np.random.default_rng(5)
+    dtype = np.uint8 if white < 256 else np.uint16
+    middle = np.linspace(0.1, 0.9, 4096).reshape(64, 64, 1) * white
+    frames = [np.rint(middle + rng.normal(0, 3, middle.shape)).astype(dtype) for _ in range(3)]
+
+    found = still_evidence(TimedFrame(None, Frame(CLIP, each, white=white)) for each in frames)
+
+    assert found.n_levels == n_levels
+
+
 def test_a_video_without_times_names_its_frames() -> None:
     found = still_evidence(video(noisy([scene()] * 3), lambda _: None), n_levels=220)
 

@@ -323,10 +323,12 @@ def test_sixteen_bits_and_more_levels_than_are_compared() -> None:
     ]
 
     found = calibrate(frames, times=[1, 4, 4], n_levels=1024)
+    with_dark = calibrate(frames, times=[1, 4, 4], n_levels=1024, dark=[frames[0] // 64] * 2)
 
-    assert found.bit_depth == 16
-    assert found.channel("Y").n_levels == 256
-    assert chartless.rmse(found.channel("Y").curve, named_curve("srgb")) < 0.05
+    for each in (found, with_dark):
+        assert each.bit_depth == 16
+        assert each.channel("Y").n_levels == 256
+        assert chartless.rmse(each.channel("Y").curve, named_curve("srgb")) < 0.05
 
 
 def test_a_failure_of_the_plan_comes_before_pixels_are_read(

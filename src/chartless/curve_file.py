@@ -63,7 +63,7 @@ def read_samples(path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
         msg = f"{path}: cannot be read as a text file: {getattr(error, 'strerror', error)}"
         raise ParameterError(msg) from error
     try:
-        samples = _from_json(text) if path.suffix.lower() == ".json" else _from_text(text)
+        samples = _from_json(text) if path.suffix.lower() == ".json" else samples_of(text)
     except (TypeError, ValueError, RecursionError) as error:
         msg = f"{path}: {error}"
         raise ParameterError(msg) from error
@@ -73,16 +73,8 @@ def read_samples(path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
     return samples[:, 0], samples[:, 1]
 
 
-def _from_json(text: str) -> Floats:
-    content = json.loads(text)
-    if not isinstance(content, dict) or "response_lut" not in content:
-        msg = "holds no response_lut; give the truth.json of chartless simulate, or a CSV file"
-        raise ValueError(msg)
-    brightness = np.asarray(content["response_lut"], dtype=np.float64)
-    return np.column_stack([np.linspace(0.0, 1.0, brightness.size), brightness])
-
-
-def _from_text(text: str) -> Floats:
+def samples_of(text: str) -> Floats:
+    """Samples in the text of a file, shape (N, 2); ValueError if a line is none."""
     rows: list[list[float]] = []
     lines = (line.strip() for line in text.splitlines())
     for number, line in enumerate(lines, start=1):
@@ -98,3 +90,12 @@ def _from_text(text: str) -> Floats:
             raise ValueError(msg) from None
         rows.append([irradiance, brightness])
     return np.array(rows, dtype=np.float64).reshape(-1, 2)
+
+
+def _from_json(text: str) -> Floats:
+    content = json.loads(text)
+    if not isinstance(content, dict) or "response_lut" not in content:
+        msg = "holds no response_lut; give the truth.json of chartless simulate, or a CSV file"
+        raise ValueError(msg)
+    brightness = np.asarray(content["response_lut"], dtype=np.float64)
+    return np.column_stack([np.linspace(0.0, 1.0, brightness.size), brightness])

@@ -88,7 +88,7 @@ class SampledCurve(AbstractCurve):
         elif not (x[0] == 0 and x[-1] == 1 and y[0] == 0 and y[-1] == 1):
             msg = (
                 f"a response curve runs from (0, 0) to (1, 1), this one from "
-                f"({x[0]:g}, {y[0]:g}) to ({x[-1]:g}, {y[-1]:g})"
+                f"({x[0]:g}, {y[0]:g}) to ({x[-1]:g}, {y[-1]:g}): scale it or add its ends"
             )
         else:
             return

@@ -45,6 +45,11 @@ class NoiseEvidence:
     n_frames: int
     """Frames of one exposure: one more than pairs of consecutive ones."""
 
+    @property
+    def n_levels(self) -> int:
+        """Levels of the tables."""
+        return next(iter(self.tables.values())).n_levels
+
 
 def noise_evidence(
     frames: Iterable[Frame],

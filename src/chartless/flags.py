@@ -208,6 +208,6 @@ class Pattern(_Advice):
         (
             "the noise is Gaussian but not as strong at each level as the model has it, the mark "
             "of a family too stiff for the camera and of processing that depends on brightness: "
-            "leave --model away, switch HDR off"
+            "switch HDR off, and if you gave --model leave it away"
         ),
     )

@@ -31,6 +31,7 @@ from chartless.frame import Frame
 from chartless.outliers import difference_deviation
 from chartless.provenance import provenance
 from chartless.screening import PairCheck, doubts_about, screen, unfit
+from chartless.still import MOST_LEVELS
 from chartless.types import Floats, Levels
 from chartless.verdict import GOOD_BAND, Grade, band, verdict
 
@@ -39,7 +40,6 @@ WINDOW = 100
 LEAST = 10
 """Pairs below which no curve is good enough: a single one may have been lucky."""
 _BLOCKS = 5
-_LEVELS = 256
 _MOVED = {Flag.MOTION, Flag.STRUCTURED_DIFFERENCE}
 # Of the logarithm of the noise variance, in the median of the brightnesses that both pairs show.
 _OTHER_GAIN = 0.25
@@ -203,7 +203,7 @@ class LiveEvidence:
 
     def _compared(self, frame: Frame) -> Outcome:
         if self.last is None:
-            self.n_levels = self.n_levels or min(_LEVELS, frame.white + 1)
+            self.n_levels = self.n_levels or min(MOST_LEVELS, frame.white + 1)
         else:
             require_alike(self.last, frame, one_exposure=False)
             if np.array_equal(self.last.levels, frame.levels):

@@ -24,7 +24,8 @@ def expanded(names: Iterable[Path]) -> list[Path]:
     ----------
     names : iterable of Path
         Files; patterns of the shell (``*``, ``?``, ``[0-9]``, and ``**`` for folders of any
-        depth); or names with one number as C prints it, ``%d`` or ``%04d``, in their last part.
+        depth); or names with one number in their last part: ``%d`` of any digits, ``%04d`` of
+        four or more.
 
     Returns
     -------
@@ -35,7 +36,7 @@ def expanded(names: Iterable[Path]) -> list[Path]:
     Raises
     ------
     ImageError
-        If no file matches a pattern.
+        If no file matches a pattern, or ``%04d`` would leave out numbers of fewer digits.
     """
     return [path for name in names for path in _matches(name)]
 
@@ -48,7 +49,7 @@ def _matches(name: Path) -> list[Path]:
         found = _numbered(name, number)
     else:
         found = [Path(each) for each in glob.glob(str(name), recursive=True)]  # noqa: PTH207 - ** and absolute patterns alike
-    files = in_order(each for each in found if each.is_file())
+    files = naturally_sorted(each for each in found if each.is_file())
     if not files:
         msg = "no file matches this pattern: check it"
         raise ImageError(str(name), msg)
@@ -59,13 +60,25 @@ def _numbered(name: Path, number: re.Match[str]) -> list[Path]:
     """Files whose names have a number of at least so many digits there."""
     width = int(number[1] or 1)
     before, after = name.name[: number.start()], name.name[number.end() :]
-    same = re.compile(f"{re.escape(before)}[0-9]{{{width},}}{re.escape(after)}")
+    same = re.compile(f"{re.escape(before)}([0-9]+){re.escape(after)}")
     if not name.parent.is_dir():
         return []
-    return [each for each in name.parent.iterdir() if same.fullmatch(each.name)]
+    digits = {
+        each: len(match[1])
+        for each in name.parent.iterdir()
+        if (match := same.fullmatch(each.name))
+    }
+    short = [each for each in digits if digits[each] < width]
+    if short:
+        msg = (
+            f"leaves out {naturally_sorted(short)[0].name}, whose number has fewer digits: write "
+            f"{before}%d{after} for numbers of any digits"
+        )
+        raise ImageError(str(name), msg)
+    return list(digits)
 
 
-def in_order(items: Iterable[T], key: Callable[[T], str] = str) -> list[T]:
+def naturally_sorted(items: Iterable[T], key: Callable[[T], str] = str) -> list[T]:
     """Sort by names, numbers in them by their value: 2 before 10."""
 
     def natural(item: T) -> list[str | int]:

@@ -46,7 +46,7 @@ def write_simulation(
     Returns
     -------
     list of Path
-        The frames, then the truth.
+        The frames, their numbers with as many digits as the last, then the truth.
 
     Raises
     ------
@@ -60,7 +60,8 @@ def write_simulation(
         raise ParameterError(msg)
     frames = simulate_frames(scene, curve, noise, n_frames=n_frames, bit_depth=bit_depth, seed=seed)
     make_folder(folder)
-    paths = [folder / f"frame_{number}.png" for number in range(1, n_frames + 1)]
+    width = len(str(n_frames))
+    paths = [folder / f"frame_{number:0{width}d}.png" for number in range(1, n_frames + 1)]
     others = sorted(set(folder.glob("frame_*.png")) - set(paths))
     if others:
         msg = f"holds {others[0].name} of another simulation: choose a new folder or delete it"

@@ -26,6 +26,8 @@ ENOUGH = 300
 """Frames of a still run after which reading stops: 10 seconds. More tell hardly more."""
 MOST = 20 * ENOUGH
 """Frames after which reading stops in any case: webcams never end."""
+MOST_LEVELS = 256
+"""Of a video, unless more are asked for."""
 _FEW = 10  # frames of a run without doubts, below which a longer one is taken
 _UNEVEN, _MOST_UNEVEN = 0.25, 0.05  # deviation of an interval from the usual one, share of such
 _MOVED = {Flag.MOTION, Flag.STRUCTURED_DIFFERENCE, Flag.BRIGHTNESS_DRIFT}
@@ -79,7 +81,7 @@ def still_evidence(
     video: Iterable[TimedFrame],
     *,
     channels: str = "auto",
-    n_levels: int = 256,
+    n_levels: int | None = None,
     mask: Bools | None = None,
     sha256: str = "",
     on_frame: Callable[[Frame], None] | None = None,
@@ -91,8 +93,10 @@ def still_evidence(
     video : iterable of TimedFrame
         Consumed one by one; two are held. Reading stops after `ENOUGH` still frames, or `MOST`
         in all.
-    channels, n_levels, mask
+    channels, mask
         As for `chartless.evidence.noise_evidence`.
+    n_levels : int, optional
+        Levels are reduced to this many. Without, 256 or as many as the video has.
     sha256 : str
         Digest of the file.
     on_frame : callable, optional
@@ -115,6 +119,7 @@ def still_evidence(
     clear = fit = _Longest(_is_clear, None)
     seen = _Seen()
     for time, frame in _distinct(islice(video, MOST), seen):
+        n_levels = min(MOST_LEVELS, frame.white + 1) if n_levels is None else n_levels
         planes = planes_of(frame, channels, n_levels)
         if before is None:
             require_mask(mask, frame)

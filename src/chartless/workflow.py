@@ -3,9 +3,7 @@
 import hashlib
 import itertools
 import os
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial, reduce
@@ -15,6 +13,7 @@ from typing import Any, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
+from chartless._threads import in_order
 from chartless.bracket_screening import exposure_rows, screen_bracket
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
@@ -37,7 +36,6 @@ Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
 _LEVELS = 256  # to which frames are reduced unless asked
-_THREADS = 2  # threads; decoders let others run, and so do large arrays
 DEFAULT_METHOD, RAW_METHOD = "likelihood", "raw"
 
 
@@ -145,8 +143,9 @@ def calibrate(
     calibrator = _calibrator(method, model, settings)
     joint = _joint(calibrator) if shared_noise else None
     _require_raw(calibrator, raw=bool(raw), compared=evidence != "auto" or times is not None)
-    n_levels = _default_levels(frames, channels) if n_levels is None else n_levels
     common = {"channels": channels, "n_levels": n_levels, "mask": _read_mask(mask)}
+    if n_levels is None and (raw or not any(map(_is_video, frames))):
+        common["n_levels"] = _LEVELS
     if raw:
         read = _read_raw(frames, raw, progress, common)
     else:
@@ -161,8 +160,10 @@ def calibrate(
             common=common,
             bracket={"aligned": aligned, "bloom_radius": bloom_radius},
         )
-    noise, bracket, names = read.noise, read.bracket, list(read.flags)
-    dark_levels = dark_histograms(_dark_frames(dark, channels), names, channels, n_levels)
+    noise, bracket, names, n_levels = read.noise, read.bracket, list(read.flags), read.n_levels
+    dark_levels = dark_histograms(
+        _dark_frames(dark, channels), names, channels, n_levels if noise is None else noise.n_levels
+    )
 
     def estimate(place: int, name: str) -> Response:
         def channel_progress(share: float) -> None:
@@ -189,8 +190,7 @@ def calibrate(
             progress=None if progress is None else partial(progress, "estimating"),
         )
     elif noise is None:
-        with ThreadPoolExecutor(_THREADS) as pool:
-            responses = tuple(pool.map(estimate, itertools.count(), names))
+        responses = tuple(in_order(partial(estimate, *each) for each in enumerate(names)))
         if n_levels > MOST_LEVELS:
             responses = tuple(each.at_levels(n_levels) for each in responses)
     else:
@@ -329,6 +329,8 @@ class _Read:
     """Doubts about each channel, by its name."""
     sources: tuple[FrameSource, ...]
     bit_depth: int
+    n_levels: int
+    """As asked for, or as many as a video has."""
     noise: NoiseEvidence | None = None
     bracket: BracketEvidence | None = None
     raw: RawEvidence | None = None
@@ -348,7 +350,7 @@ def _read(
     if not plan.bracket:
         noise = _noise(items, progress, jobs, scheduler, common)
         own = dict(screen(noise.tables, noise.checks))
-        return _Read(plan.reason, own, noise.sources, noise.bit_depth, noise=noise)
+        return _Read(plan.reason, own, noise.sources, noise.bit_depth, noise.n_levels, noise=noise)
     places = itertools.count(1)
 
     def on_frame(_: Frame) -> None:
@@ -363,10 +365,12 @@ def _read(
         **common,
         **bracket,
     )
-    flags = screen_bracket(exposures)
+    flags, n_levels = screen_bracket(exposures), common["n_levels"]
     if not plan.noise:
-        return _Read(plan.reason, flags, exposures.sources, exposures.bit_depth, bracket=exposures)
-    common = {**common, "n_levels": min(common["n_levels"], MOST_LEVELS)}
+        return _Read(
+            plan.reason, flags, exposures.sources, exposures.bit_depth, n_levels, bracket=exposures
+        )
+    common = {**common, "n_levels": min(n_levels, MOST_LEVELS)}
     repeated = [group for group in plan.groups if len(group) > 1]
     parts = [
         _noise([items[place] for place in group], progress, 1, None, common) for group in repeated
@@ -379,7 +383,9 @@ def _read(
     }
     repeats = [source for part in parts for source in part.sources[1:]]
     sources = (*exposures.sources, *repeats)
-    return _Read(plan.reason, both, sources, exposures.bit_depth, noise=noise, bracket=exposures)
+    return _Read(
+        plan.reason, both, sources, exposures.bit_depth, n_levels, noise=noise, bracket=exposures
+    )
 
 
 def _read_raw(
@@ -399,13 +405,13 @@ def _read_raw(
             if progress is not None:
                 progress("reading raw files", place / len(pairs))
 
-    common = {**common, "n_levels": min(common["n_levels"], MOST_LEVELS)}
-    evidence = raw_evidence(shots(), **common)
+    n_levels = common["n_levels"]
+    evidence = raw_evidence(shots(), **{**common, "n_levels": min(n_levels, MOST_LEVELS)})
     reason = "a raw file beside its picture"
     if len(pairs) > 1:
         reason = f"{len(pairs)} raw files beside their pictures"
     flags = dict(screen_raw(evidence))
-    return _Read(reason, flags, evidence.sources, evidence.bit_depth, raw=evidence)
+    return _Read(reason, flags, evidence.sources, evidence.bit_depth, n_levels, raw=evidence)
 
 
 def _paired(
@@ -496,16 +502,6 @@ def _is_video(item: str | os.PathLike[str] | Levels) -> TypeGuard[str | os.PathL
     return is_video(item)
 
 
-def _default_levels(items: Sequence[str | os.PathLike[str] | Levels], channels: str) -> int:
-    """As many levels as a video has, if these are less than usual."""
-    if not items or not _is_video(items[0]):
-        return _LEVELS
-    from chartless.images import read_video
-
-    with closing(read_video(items[0], colour=channels == "rgb")) as video:
-        return min(_LEVELS, next(video).frame.white + 1)
-
-
 def _require_alone(items: Sequence[str | os.PathLike[str] | Levels]) -> None:
     for item in items:
         if _is_video(item) and len(items) > 1:
@@ -538,18 +534,7 @@ def _frames(items: Sequence[str | os.PathLike[str] | Levels]) -> Iterator[Frame]
 
         return read_frame(item, raw=True)
 
-    with ThreadPoolExecutor(_THREADS) as pool:
-        waiting: deque[Future[Frame]] = deque()
-        try:
-            for number, item in enumerate(items, start=1):
-                waiting.append(pool.submit(frame, number, item))
-                if len(waiting) > _THREADS:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:
-            for each in waiting:
-                each.cancel()
+    return in_order(partial(frame, number, item) for number, item in enumerate(items, start=1))
 
 
 def _dark_frames(

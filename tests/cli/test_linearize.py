@@ -258,6 +258,40 @@ def test_alpha_is_dropped_with_a_remark(
     assert np.array_equal(read(tmp_path / "a.exr"), read(tmp_path / "b.exr"))
 
 
+def test_a_picture_that_cannot_be_read_stops_what_comes_after(
+    shoot: Shoot, colour_camera: Path, refusal: Refusal, tmp_path: Path
+) -> None:
+    pictures = shoot(n_channels=3, n_frames=12)
+    pictures[3].write_bytes(pictures[3].read_bytes()[:2000])
+    folder = tmp_path / "light"
+
+    line = refusal("linearize", colour_camera, *pictures, "-o", folder, "--format", "tif")
+
+    assert line.startswith(f"{pictures[3]}: is damaged or cut short")
+    written = sorted(folder.iterdir())
+    wanted = {folder / f"{path.stem}.tif": path for path in pictures}
+    assert {folder / f"{path.stem}.tif" for path in pictures[:3]} <= set(written)
+    assert len(written) <= 6
+    for path in written:
+        light = expected(colour_camera, read(wanted[path]))
+        assert np.abs(read(path) - light).max() <= 1e-6
+
+
+def test_remarks_of_several_pictures_come_once_and_in_order(
+    shoot: Shoot, colour_camera: Path, chartless: Chartless, tmp_path: Path
+) -> None:
+    pictures = shoot(n_channels=3, n_frames=4)
+    for path in pictures:
+        with Image.open(path) as image:
+            image.putalpha(77)
+            image.save(path)
+
+    done = chartless("linearize", colour_camera, *pictures, "-o", tmp_path / "light")
+
+    notes = [f"chartless: note: {path}: dropped the alpha channel" for path in pictures]
+    assert done.err.splitlines() == notes
+
+
 def test_orientation_is_kept(grey_camera: Path, chartless: Chartless, tmp_path: Path) -> None:
     levels = np.arange(0, 240, dtype=np.uint8).reshape(12, 20)
     exif = Image.Exif()
@@ -313,9 +347,10 @@ def test_a_place_where_no_picture_can_be_written(
 def test_an_unknown_format_in_a_folder(
     picture: Path, colour_camera: Path, refusal: Refusal, tmp_path: Path
 ) -> None:
-    line = refusal("linearize", colour_camera, picture, "-o", tmp_path, "--format", "jpg")
+    line = refusal("linearize", colour_camera, picture, "-o", tmp_path / "new", "--format", "jpg")
 
     assert "not as '.jpg'" in line
+    assert not (tmp_path / "new").exists()
 
 
 def test_a_picture_that_cannot_be_read_leaves_an_older_result_alone(

@@ -250,6 +250,18 @@ def test_a_reader_that_goes_away_is_no_error(program: str, colour_camera: Path) 
         assert running.wait(timeout=60) == 0
 
 
+@pytest.mark.parametrize("group", [(), ("data",), ("reproduce",)])
+def test_no_summary_is_cut_short(
+    group: tuple[str, ...], chartless: Chartless, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+
+    summaries = chartless(*group, "--help").out.partition("Commands:\n")[2].splitlines()
+
+    assert len(summaries) >= 2
+    assert [line for line in summaries if not line.endswith(".") or line.endswith("...")] == []
+
+
 # The installed program
 
 

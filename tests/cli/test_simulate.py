@@ -42,13 +42,28 @@ def test_frames_and_truth_are_written(scene: Path, sim: Path, chartless: Chartle
 
     names = ["frame_1.png", "frame_2.png", "frame_3.png", "truth.json"]
     assert (done.status, done.err) == (0, "")
-    assert done.out.splitlines() == [str(sim / name) for name in names]
+    assert done.out == f"3 frames and truth.json written to {sim}\n"
     assert sorted(path.name for path in sim.iterdir()) == names
     first, second, third = levels_of(sim)
     assert first.shape == (192, 256, 1)
     assert first.dtype == np.uint8
     assert not np.array_equal(first, second)
     assert not np.array_equal(second, third)
+
+
+def test_names_sort_in_the_order_of_the_frames(
+    sim: Path, chartless: Chartless, refusal: Refusal, tmp_path: Path
+) -> None:
+    small = tmp_path / "small.exr"
+    write_image(small, np.full((8, 8, 1), 0.5))
+
+    chartless("simulate", small, "-o", sim, "--frames", 10)
+
+    assert sorted(path.name for path in sim.glob("frame_*")) == [
+        *(f"frame_0{number}.png" for number in range(1, 10)), "frame_10.png",
+    ]  # fmt: skip
+    line = refusal("simulate", small, "-o", sim, "--frames", 3)
+    assert "holds frame_01.png of another simulation" in line
 
 
 def test_truth_holds_response_and_noise(scene: Path, sim: Path, chartless: Chartless) -> None:

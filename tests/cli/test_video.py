@@ -192,6 +192,32 @@ raise SystemExit(status)
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="memory is measured as Unix does")
+def test_a_video_is_opened_once(
+    record: Record, chartless: Chartless, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A webcam could not be read from its beginning again."""
+    opened = []
+
+    def counting(path: Path, **how: Any) -> Any:
+        opened.append(path)
+        return read_video(path, **how)
+
+    monkeypatch.setattr("chartless.images.read_video", counting)
+    clip = record()
+
+    assert chartless("calibrate", clip, "--method", "nlf", "-o", tmp_path / "a.json").status == 0
+
+    assert opened == [clip]
+
+
+def test_a_video_that_is_missing_is_called_so(
+    grey_camera: Path, refusal: Refusal, tmp_path: Path
+) -> None:
+    line = refusal("linearize", grey_camera, tmp_path / "none.mp4", "-o", tmp_path)
+
+    assert line == f"{tmp_path / 'none.mp4'}: does not exist: check the name"
+
+
 @pytest.mark.parametrize("command", ["calibrate", "linearize"])
 def test_memory_does_not_grow_with_the_video(
     command: str, grey_camera: Path, tmp_path: Path

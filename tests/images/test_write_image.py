@@ -1,5 +1,7 @@
 import os
+import struct
 import sys
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -61,6 +63,36 @@ def test_png_takes_16_bits_unless_told(tmp_path: Path) -> None:
     write_image(tmp_path / "out.png", np.full((2, 2, 3), 0.25))
 
     assert (read_frame(tmp_path / "out.png").levels == 16384).all()
+
+
+@pytest.mark.parametrize(("data_type", "filter_type"), [("uint8", 3), ("uint16", 0)])
+def test_png_rows_have_one_filter(
+    data_type: DataType, filter_type: int, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    """Of the five of the format: means of neighbours for 8 bits, none for 16."""
+    path = tmp_path / "picture.png"
+
+    write_image(path, rng.uniform(size=(20, 30, 3)), data_type=data_type)
+
+    content, at, packed = path.read_bytes(), 8, b""
+    while at < len(content):
+        length, kind = struct.unpack_from(">I4s", content, at)
+        packed += content[at + 8 : at + 8 + length] if kind == b"IDAT" else b""
+        at += 12 + length
+    rows = zlib.decompress(packed)
+    assert set(rows[:: len(rows) // 20]) == {filter_type}
+
+
+def test_light_of_few_levels_takes_little_room(tmp_path: Path, rng: np.random.Generator) -> None:
+    """What a table makes of 8 bits packs to less in a PNG file than filters would leave."""
+    levels = np.clip(rng.normal(128, 20, (200, 300, 3)), 0, 255).astype(np.uint8)
+    light = (levels / 255) ** 2.2
+
+    write_image(tmp_path / "own.png", light)
+    oiio.ImageBuf(np.rint(light * 65535).astype(np.uint16)).write(str(tmp_path / "usual.png"))
+
+    assert np.array_equal(stored(tmp_path / "own.png")[0], stored(tmp_path / "usual.png")[0])
+    assert (tmp_path / "own.png").stat().st_size < (tmp_path / "usual.png").stat().st_size
 
 
 def test_integers_are_clipped_and_rounded(tmp_path: Path) -> None:

@@ -278,9 +278,12 @@ def test_names_where_none_is_given(tmp_path: Path, capsys: pytest.CaptureFixture
     for name, written in {**names, "alicevision": "camera_alicevision.csv"}.items():
         assert main(["export", str(camera), "--to", name]) == 0
         assert capsys.readouterr().out.split() == [str(tmp_path / written)]
-    assert main(["import", str(tmp_path / "camera.cube")]) == 2
-    assert "camera.json is there already: name" in capsys.readouterr().err
+    cube = (tmp_path / "camera.cube").read_bytes()
+    for command in (["import", f"{tmp_path}/camera.cube"], ["export", str(camera), "--to", "cube"]):
+        assert main(command) == 2
+        assert " is there already: name" in capsys.readouterr().err
     assert camera.read_bytes() == before
+    assert (tmp_path / "camera.cube").read_bytes() == cube
     assert main(["import", str(tmp_path / "camera_dng.txt")]) == 0
     assert "read as dng, " in capsys.readouterr().out
     assert len(load(tmp_path / "camera_dng.json").channels) == 1

@@ -33,7 +33,7 @@ def compare(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Fit every family of response curves to measured ones and recommend one.
+    """Fit every family to measured curves and recommend one.
 
     AICc and BIC weigh closeness against the number of parameters; lower is better, and they
     are shown as differences from the best. Recommended is the family of least BIC among

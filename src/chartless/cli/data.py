@@ -18,7 +18,7 @@ Name = Annotated[str, typer.Argument(help="Name in chartless data list.", show_d
 
 @app.callback()
 def data() -> None:
-    """Find and fetch measured data, such as the curves of real cameras.
+    """Find and fetch measured data, such as curves of cameras.
 
     They are looked for in the folder that the environment variable CHARTLESS_DATA names,
     then in the cache of this user.

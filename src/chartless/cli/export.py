@@ -72,6 +72,9 @@ def export(
     if target.resolve() == calibration.resolve():
         msg = f"{target} is the calibration itself and would be overwritten: give another -o"
         raise ParameterError(msg)
+    if output is None and target.exists():  # the calibration may have been imported from it
+        msg = f"{target} is there already: name the file to write with -o"
+        raise ParameterError(msg)
     settings = ExportSettings(
         n_levels=levels, size=None if size is None else _parse_size(size), project=project
     )
@@ -105,7 +108,7 @@ def import_(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make a calibration of the response curve in another program's FILE.
+    """Make a calibration of another program's response curve.
 
     \b
     Example:

@@ -27,9 +27,10 @@ def fit(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fit a family of response curves to a measured one, by least squares on brightness.
+    """Fit a family of response curves to a measured one.
 
-    `chartless models` lists the families, `chartless compare` tries all of them.
+    By least squares on brightness. `chartless models` lists the families, `chartless compare`
+    tries all of them.
 
     \b
     Example:

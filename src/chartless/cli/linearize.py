@@ -1,7 +1,8 @@
 """``chartless linearize``: pictures → light, or back."""
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -9,11 +10,13 @@ from chartless.cli._terminal import naming, progress_bar, remark
 from chartless.errors import ParameterError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from chartless.calibration import Calibration
     from chartless.frame import Frame, Picture
-    from chartless.types import Floats32
+
+    Done: TypeAlias = tuple[Path, tuple[str, ...]]
+    """A picture or video, and the remarks of one picture of it."""
 
 
 def linearize(
@@ -58,64 +61,84 @@ def linearize(
         chartless linearize camera.json clip.mp4 -o linear/
     """
     from chartless._files import make_folder
-    from chartless.images import is_video, write_image
+    from chartless._threads import in_order
+    from chartless.images import is_video
     from chartless.luts import load_calibration
     from chartless.sequence import expanded
 
     images = expanded(images)
-    if not output.suffix and not output.exists():
-        make_folder(output)
     loaded = load_calibration(calibration)
-    targets = _targets(images, output, suffix.lstrip("."))
+    _require_recorded(images, inverse)
+    is_folder = output.is_dir() or not (output.suffix or output.exists())
+    targets = _targets(images, output, suffix.lstrip("."), is_folder)
+    if is_folder:
+        make_folder(output)
+    remarks: dict[str, None] = {}
     with progress_bar() as progress:
-        for number, (image, target) in enumerate(zip(images, targets, strict=True)):
-            remarks: dict[str, None] = {}
-            for place, picture in enumerate(_pictures(image, inverse), start=1):
-                if progress is not None:
-                    progress(f"{image.name} {place}", number / len(images))
-                write_image(
-                    _numbered(target, f"{place:06d}") if is_video(image) else target,
-                    _applied(loaded, image, picture),
-                    orientation=picture.orientation,
-                    linear=not inverse,
-                )
-                remarks |= dict.fromkeys(picture.remarks)
-            for text in remarks:
-                remark(f"{image}: {text}")
+        done = in_order(_tasks(loaded, images, targets, inverse))
+        for number, (image, told) in enumerate(done, start=1):
+            if progress is not None:
+                progress(f"{image.name} {number}", images.index(image) / len(images))
+            remarks |= dict.fromkeys(f"{image}: {each}" for each in told)
+    for each in remarks:
+        remark(each)
     for image, target in zip(images, targets, strict=True):
         print(_numbered(target, "%06d") if is_video(image) else target)
 
 
-def _pictures(image: Path, inverse: bool) -> "Iterator[Frame | Picture]":
-    """Frames of a video, one by one, or the picture."""
-    from chartless.images import is_video, read_frame, read_values, read_video
+def _tasks(
+    calibration: "Calibration", images: list[Path], targets: list[Path], inverse: bool
+) -> "Iterator[Callable[[], Done]]":
+    """Write one picture each; a video is decoded while they are asked for."""
+    from chartless.images import is_video, read_video
 
-    if not is_video(image):
-        yield read_values(image) if inverse else read_frame(image)
-        return
-    if inverse or not image.is_file():
-        msg = f"{image}: only recorded videos are linearised, and none is made nonlinear"
-        raise ParameterError(msg)
-    yield from (frame for _, frame in read_video(image, colour=True))
+    for image, target in zip(images, targets, strict=True):
+        if not is_video(image):
+            yield partial(_convert, calibration, image, target, inverse)
+            continue
+        for number, (_, frame) in enumerate(read_video(image, colour=True), start=1):
+            yield partial(_write, calibration, image, _numbered(target, f"{number:06d}"), frame)
 
 
-def _applied(calibration: "Calibration", image: Path, picture: "Frame | Picture") -> "Floats32":
+def _convert(calibration: "Calibration", image: Path, target: Path, inverse: bool) -> "Done":
+    from chartless.images import read_frame, read_values
+
+    picture = read_values(image) if inverse else read_frame(image)
+    return _write(calibration, image, target, picture)
+
+
+def _write(
+    calibration: "Calibration", image: Path, target: Path, picture: "Frame | Picture"
+) -> "Done":
     from chartless.frame import Frame
+    from chartless.images import write_image
 
     with naming(image):
         if isinstance(picture, Frame):
-            return calibration.linearize(picture.levels, white=picture.white)
-        return calibration.delinearize(picture.values)
+            values = calibration.linearize(picture.levels, white=picture.white)
+        else:
+            values = calibration.delinearize(picture.values)
+    write_image(target, values, orientation=picture.orientation, linear=isinstance(picture, Frame))
+    return image, picture.remarks
 
 
 def _numbered(target: Path, number: str) -> Path:
     return target.with_stem(f"{target.stem}_{number}")
 
 
-def _targets(images: list[Path], output: Path, suffix: str) -> list[Path]:
+def _require_recorded(images: list[Path], inverse: bool) -> None:
     from chartless.images import is_video
 
-    if not output.is_dir():
+    for image in filter(is_video, images):
+        if inverse or (image.exists() and not image.is_file()):
+            msg = f"{image}: only recorded videos are linearised, and none is made nonlinear"
+            raise ParameterError(msg)
+
+
+def _targets(images: list[Path], output: Path, suffix: str, is_folder: bool) -> list[Path]:
+    from chartless.images import is_video, stored_type
+
+    if not is_folder:
         several = f"{len(images)} pictures need" if len(images) > 1 else "a video needs"
         if len(images) > 1 or is_video(images[0]):
             msg = f"{output} is no folder, and {several} one: create it first"
@@ -131,4 +154,5 @@ def _targets(images: list[Path], output: Path, suffix: str) -> list[Path]:
         else:
             continue
         raise ParameterError(msg)
+    stored_type(targets[0])
     return targets

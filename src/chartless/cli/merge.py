@@ -32,7 +32,7 @@ def merge(
         typer.Option(
             "--calibration",
             "-c",
-            help="File that calibrate wrote, or a response of OpenCV (YAML, XML, JSON).",
+            help="File that calibrate wrote, or a response of another program.",
             show_default=False,
         ),
     ],
@@ -66,11 +66,12 @@ def merge(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Merge exposures of a still scene into one picture of its radiance.
+    """Merge exposures of a still scene into one HDR picture.
 
     Every pixel is the mean of the exposures that show it unclipped, weighted by their noise. Values
-    are irradiance over exposure, so that 1 is white at exposure 1: time · ISO/N² by EXIF or what
-    --times says. EXR and TIFF files get 32-bit floating point, HDR files 8 bits and an exponent.
+    are radiance, irradiance over exposure, so that 1 is white at exposure 1: time · ISO/N² by EXIF
+    or what --times says. EXR and TIFF files get 32-bit floating point, HDR files 8 bits and an
+    exponent.
 
     \b
     Example:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def models(as_json: AsJson = False) -> None:
-    """List the families of response curves and which properties of a good one they have.
+    """List the families of response curves and their properties.
 
     A family of order N has N + 1 parameters; its members are named by family and order, such
     as eegc4 or emor2-monotone.

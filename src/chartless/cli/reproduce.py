@@ -90,7 +90,7 @@ def noise(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Calibrate simulated cameras from the noise of two frames, with every method.
+    """Calibrate simulated cameras by their noise, with every method.
 
     Writes cases.csv, summary.json, timing.json and the figures. Each finished case is
     recorded at once: an interrupted run goes on where it stopped.

@@ -17,7 +17,7 @@ def serve(
         int, typer.Option(min=1, help="Size of all files of a browser, at most.")
     ] = 4096,
 ) -> None:
-    """Calibrate in the browser: drop frames, see the report, take the files.
+    """Open a page on which frames become curves.
 
     The page is this computer's own: nothing leaves it, and nobody else gets in. Stop it with
     Ctrl-C; then its files are removed.

@@ -27,7 +27,7 @@ def show(
     report: Report = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a calibration: noise, levels seen, what is doubtful, and with -o the curves.
+    """Show a calibration as a table, and with -o as curves.
 
     The report shows one of the frames too if they are still where calibrate found them.
 

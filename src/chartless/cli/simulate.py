@@ -35,9 +35,10 @@ def simulate(
         ),
     ] = "linear",
 ) -> None:
-    """Take noisy frames of SCENE with a camera whose response is known.
+    """Take noisy frames of SCENE with a camera of known response.
 
-    Writes frame_1.png, frame_2.png … and truth.json, which `show --truth` reads.
+    Writes frame_1.png, frame_2.png … (of ten or more frame_01.png …) and truth.json, which
+    `show --truth` reads.
 
     \b
     Example:
@@ -65,7 +66,7 @@ def simulate(
             if progress is not None:
                 progress("simulating", number / frames)
 
-        written = write_simulation(
+        *written, truth = write_simulation(
             output,
             light,
             curve,
@@ -76,5 +77,4 @@ def simulate(
             settings={"scene": str(scene), "response": response, "undo": undo},
             on_frame=on_frame,
         )
-    for path in written:
-        print(path)
+    print(f"{len(written)} frames and {truth.name} written to {output}")

@@ -31,5 +31,6 @@ from chartless.luts.pfstools import PfsTools as PfsTools  # isort: skip
 from chartless.luts.luminance import Luminance as Luminance  # isort: skip
 from chartless.luts.alicevision import AliceVision as AliceVision  # isort: skip
 from chartless.luts.plain_csv import Csv as Csv  # isort: skip
+from chartless.luts.curve import Curve as Curve  # isort: skip
 from chartless.luts.dng import Dng as Dng  # isort: skip
 from chartless.luts.dso import Dso as Dso  # isort: skip

@@ -12,16 +12,17 @@ from chartless._version import __version__
 from chartless.calibration import Calibration
 from chartless.channels import LUMA
 from chartless.cooccurrence import MIN_LEVELS
-from chartless.curves import SampledCurve
+from chartless.curves import AbstractCurve, SampledCurve
 from chartless.errors import ParameterError
 from chartless.flags import Flag
 from chartless.luts._base import Source
 from chartless.response import Response, Status
-from chartless.types import Floats, Floats32
+from chartless.types import Floats, Floats32, JsonObject
 
 RGB, GREY = ("R", "G", "B"), ("Y",)
 MOST_LEVELS = 1 << 16
 
+_LEVELS_OF_CURVE = 256
 _LARGEST = 1e38
 """As float32 has it; beyond are gaps, and irradiance below its inverse is none."""
 _RISE = 1e-9
@@ -179,12 +180,51 @@ def calibration_of(
         name: _response(source, method, name, column, notes)
         for name, column in zip(names, table.T, strict=True)
     }
-    provenance = source.provenance(method)
     return Calibration(
         channels=tuple(channels[name] for name in (GREY if len(names) == 1 else RGB)),
         bit_depth=8 if len(table) <= 1 << 8 else 16,
-        provenance={"chartless": __version__, **provenance, "remarks": notes},
+        provenance=_provenance(source, method, notes),
     )
+
+
+def calibration_of_curve(
+    curve: AbstractCurve,
+    source: Source,
+    method: str,
+    *,
+    remarks: Sequence[str] = (),
+    falls: bool = False,
+) -> Calibration:
+    """Calibration of a file that holds one curve for all channels, not a table of levels.
+
+    Parameters
+    ----------
+    curve : AbstractCurve
+        Drawn through 256 levels.
+    source, method, remarks
+        As for `calibration_of`.
+    falls : bool
+        Whether it falls somewhere in the file.
+    """
+    response = Response(
+        name=GREY[0],
+        curve=curve,
+        noise=None,
+        n_levels=_LEVELS_OF_CURVE,
+        observed_levels=(0, _LEVELS_OF_CURVE - 1),
+        n_pairs=0,
+        method=method,
+        status=Status.CONVERGED,
+    )
+    return Calibration(
+        channels=(response.with_flags(*([Flag.NOT_MONOTONE] if falls else [])),),
+        bit_depth=8,
+        provenance=_provenance(source, method, [f"{source.path}: {each}" for each in remarks]),
+    )
+
+
+def _provenance(source: Source, method: str, notes: list[str]) -> JsonObject:
+    return {"chartless": __version__, **source.provenance(method), "remarks": notes}
 
 
 def _require_entries(number: int) -> None:

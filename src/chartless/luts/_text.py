@@ -4,15 +4,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from chartless.calibration import Calibration
 from chartless.luts._base import Source
-from chartless.luts._tables import MOST_LEVELS, calibration_of
+from chartless.luts._tables import MOST_LEVELS
 from chartless.types import Floats
 
 _MOST_LINES = 5 * MOST_LEVELS  # three channels and their weights, with room for headers
 _LONGEST_LINE = 1000
-_WIDEST = 1e6
-_RESAMPLED = 4096
 
 
 def rows_of(table: Floats) -> str:
@@ -93,39 +90,3 @@ def table_of(lines: list[str], n_entries: int, n_channels: int) -> Floats:
         msg = f"has {n_entries} entries, more than {MOST_LEVELS}"
         raise ValueError(msg)
     return np.array([floats(line, n_channels) for line in lines]).reshape(-1, n_channels)
-
-
-def calibration_on(
-    low: Iterable[float], high: Iterable[float], table: Floats, source: Source, method: str
-) -> Calibration:
-    """Calibration from a table on a domain of its own, as `calibration_of` from brightness.
-
-    Parameters
-    ----------
-    low, high : iterable of float
-        Brightness at the first and the last entry, one for each channel or one for all. If they
-        are not 0 and 1 the table is read at 4096 levels by straight lines, its ends beyond.
-    table : ndarray, shape (L, 1 or 3)
-    source : Source
-    method : str
-
-    Raises
-    ------
-    ValueError
-        If the domain is none, or as `calibration_of` does.
-    """
-    n_channels = table.shape[1]
-    ends = np.array([np.broadcast_to(list(each), n_channels) for each in (low, high)])
-    if np.array_equal(ends, [[0] * n_channels, [1] * n_channels]):
-        return calibration_of(table, source, method)
-    told = " … ".join(" ".join(f"{each:g}" for each in end) for end in ends)
-    if not (np.abs(ends).max() <= _WIDEST and np.all(ends[0] < ends[1])):
-        msg = f"its domain {told} is no range of brightness"
-        raise ValueError(msg)
-    brightness = np.linspace(0, 1, max(_RESAMPLED, len(table)))
-    columns = [
-        np.interp(brightness, np.linspace(first, last, len(table)), column)
-        for first, last, column in zip(*ends, table.T, strict=True)
-    ]
-    remark = f"of its domain {told} the part 0 … 1 was read, at {len(brightness)} levels"
-    return calibration_of(np.column_stack(columns), source, method, remarks=[remark])

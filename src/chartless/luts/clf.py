@@ -14,16 +14,9 @@ import numpy as np
 from typing_extensions import override
 
 from chartless._version import __version__
-from chartless.calibration import Calibration
-from chartless.luts._base import (
-    AbstractFormat,
-    Encoded,
-    ExportSettings,
-    Keeps,
-    Source,
-    register_format,
-)
-from chartless.luts._tables import MOST_LEVELS, calibration_of, inverse_table
+from chartless.luts._base import Source, register_format
+from chartless.luts._look_up_table import AbstractLookUpTable, Sampled
+from chartless.luts._tables import MOST_LEVELS
 from chartless.luts._text import rows_of
 from chartless.types import Floats
 
@@ -35,7 +28,7 @@ _LONGEST_OUTLINE = 1 << 16
 
 @final
 @dataclass(frozen=True, slots=True)
-class Clf(AbstractFormat):
+class Clf(AbstractLookUpTable):
     """A look-up table from brightness to light that says what it is.
 
     The Academy's exchange format: Resolve and Flame read it, and OpenColorIO in all programs built
@@ -48,16 +41,12 @@ class Clf(AbstractFormat):
     suffix: ClassVar[str] = ".clf"
     programs: ClassVar[str] = "ACES: OpenColorIO, DaVinci Resolve, Flame"
     tested_with: ClassVar[str] = "OpenColorIO"
-    precision: ClassVar[float] = 6e-8
-    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white")
 
     @override
-    def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:
-        table = inverse_table(calibration, settings.n_levels)
+    def text_of(self, table: Floats) -> str:
         n_entries, n_channels = table.shape
         rows = rows_of(table)
-        return Encoded(
-            f"""\
+        return f"""\
 <?xml version="1.0" encoding="UTF-8"?>
 <ProcessList xmlns="{_SPACE}" id="urn:uuid:{uuid5(NAMESPACE_URL, rows)}" \
 name="Camera response" compCLFversion="3.0">
@@ -71,16 +60,15 @@ interpolation="linear">
 </Array>
 </LUT1D>
 </ProcessList>
-""".encode()
-        )
+"""
 
     @override
     def recognises(self, source: Source) -> bool:
         return "ProcessList" in source.head
 
     @override
-    def decode(self, source: Source) -> Calibration:
-        """Calibration of a list of one LUT1D of 1 or 3 channels, of any bit depths."""
+    def sampled(self, source: Source) -> Sampled:
+        """Table of a list of one LUT1D of 1 or 3 channels, of any bit depths."""
         text = source.text
         array = _ARRAY.search(text)
         if array is None:
@@ -88,7 +76,7 @@ interpolation="linear">
             raise ValueError(msg)
         name, attributes, numbers = array.groups()
         outline = f"{text[: array.start()]}<{name}{attributes}/>{text[array.end() :]}"
-        return calibration_of(_table(_dimensions(outline), numbers), source, self.name)
+        return Sampled(_table(_dimensions(outline), numbers))
 
 
 register_format(Clf())

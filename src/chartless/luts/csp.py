@@ -9,24 +9,11 @@ from typing import ClassVar, final
 
 from typing_extensions import override
 
-from chartless.calibration import Calibration
-from chartless.luts._base import (
-    AbstractFormat,
-    Encoded,
-    ExportSettings,
-    Keeps,
-    Source,
-    register_format,
-)
-from chartless.luts._tables import in_colour, inverse_table
-from chartless.luts._text import (
-    calibration_on,
-    floats,
-    lines_of,
-    rows_of,
-    table_of,
-    without_comments,
-)
+from chartless.luts._base import Source, register_format
+from chartless.luts._look_up_table import AbstractLookUpTable, Sampled
+from chartless.luts._tables import in_colour
+from chartless.luts._text import floats, lines_of, rows_of, table_of, without_comments
+from chartless.types import Floats
 
 _MARK = "CSPLUTV100"
 _UNIT = "2\n0.0 1.0\n0.0 1.0\n"
@@ -35,7 +22,7 @@ _N_CHANNELS = 3
 
 @final
 @dataclass(frozen=True, slots=True)
-class Csp(AbstractFormat):
+class Csp(AbstractLookUpTable):
     """A look-up table from brightness to light of cineSpace, for players and compositing.
 
     RV loads it as a look-up table of the file, Nuke by ``OCIOFileTransform``, FFmpeg by
@@ -47,26 +34,20 @@ class Csp(AbstractFormat):
     suffix: ClassVar[str] = ".csp"
     programs: ClassVar[str] = "RV, OpenColorIO, FFmpeg (lut1d)"
     tested_with: ClassVar[str] = "OpenColorIO, FFmpeg"
-    precision: ClassVar[float] = 6e-8
-    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white")
 
     @override
-    def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:
-        table = inverse_table(calibration, settings.n_levels)
+    def text_of(self, table: Floats) -> str:
         notes = "BEGIN METADATA\nCamera response: brightness to light\nEND METADATA\n"
         head = f"{_MARK}\n1D\n\n{notes}\n{_UNIT * _N_CHANNELS}\n{len(table)}\n"
-        return Encoded(f"{head}{rows_of(in_colour(table))}\n".encode())
+        return f"{head}{rows_of(in_colour(table))}\n"
 
     @override
     def recognises(self, source: Source) -> bool:
         return source.head.lstrip().startswith(_MARK)
 
     @override
-    def decode(self, source: Source) -> Calibration:
-        """Calibration of R, G and B, as the file has three columns whatever it was made from.
-
-        Pre-tables must be of two points that go to 0 and 1.
-        """
+    def sampled(self, source: Source) -> Sampled:
+        """Table of three columns; its pre-tables must be of two points that go to 0 and 1."""
         lines = without_comments(lines_of(source))
         if lines[1:2] != ["1D"]:
             msg = "is no table of one dimension (1D): others mix the channels"
@@ -79,7 +60,7 @@ class Csp(AbstractFormat):
             raise ValueError(msg)
         table = table_of(lines[end + 1 :], int(lines[end]), _N_CHANNELS)
         low, high = zip(*domains, strict=True)
-        return calibration_on(low, high, table, source, self.name)
+        return Sampled(table, low, high)
 
 
 register_format(Csp())

@@ -23,11 +23,9 @@ import numpy as np
 from typing_extensions import override
 
 from chartless._quadratic import constrained_step
-from chartless._version import __version__
 from chartless.calibration import Calibration
 from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
-from chartless.flags import Flag
 from chartless.luts._base import (
     AbstractFormat,
     Encoded,
@@ -36,8 +34,8 @@ from chartless.luts._base import (
     Source,
     register_format,
 )
+from chartless.luts._tables import calibration_of_curve
 from chartless.models import UNIFORM_IRRADIANCE, Basis, EmorMonotone
-from chartless.response import Response, Status
 from chartless.types import Floats
 
 COEFFICIENTS = ("Ra", "Rb", "Rc", "Rd", "Re")
@@ -115,25 +113,13 @@ class Hugin(AbstractFormat):
         """Calibration of the response that the pictures of a project share."""
         lines = _image_lines(source)
         nodes = _nodes_of(lines)
-        response = Response(
-            name="Y",
-            curve=_as_applied(nodes),
-            noise=None,
-            n_levels=_LEVELS.size,
-            observed_levels=(0, _LEVELS.size - 1),
-            n_pairs=0,
-            method=self.name,
-            status=Status.CONVERGED,
+        return calibration_of_curve(
+            _as_applied(nodes),
+            source,
+            self.name,
+            remarks=_ignored(lines),
+            falls=bool(np.any(np.diff(nodes) < -_ROUNDING)),
         )
-        falls = bool(np.any(np.diff(nodes) < -_ROUNDING))
-        notes = [f"{source.path}: {each}" for each in _ignored(lines)]
-        return Calibration(
-            channels=(response.with_flags(*([Flag.NOT_MONOTONE] if falls else [])),),
-            bit_depth=8,
-            provenance={
-                "chartless": __version__, **source.provenance(self.name), "remarks": notes
-            },
-        )  # fmt: skip
 
 
 register_format(Hugin())

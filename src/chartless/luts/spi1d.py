@@ -5,18 +5,9 @@ from typing import ClassVar, final
 
 from typing_extensions import override
 
-from chartless.calibration import Calibration
-from chartless.luts._base import (
-    AbstractFormat,
-    Encoded,
-    ExportSettings,
-    Keeps,
-    Source,
-    register_format,
-)
-from chartless.luts._tables import inverse_table
+from chartless.luts._base import Source, register_format
+from chartless.luts._look_up_table import AbstractLookUpTable, Sampled
 from chartless.luts._text import (
-    calibration_on,
     fields_of,
     floats,
     lines_of,
@@ -24,11 +15,12 @@ from chartless.luts._text import (
     table_of,
     without_comments,
 )
+from chartless.types import Floats
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Spi1d(AbstractFormat):
+class Spi1d(AbstractLookUpTable):
     """A look-up table from brightness to light, for OpenColorIO and the programs built on it.
 
     In an OpenColorIO configuration it is the way of a camera's colour space to linear light:
@@ -41,15 +33,12 @@ class Spi1d(AbstractFormat):
     suffix: ClassVar[str] = ".spi1d"
     programs: ClassVar[str] = "OpenColorIO (Nuke, Blender, Houdini)"
     tested_with: ClassVar[str] = "OpenColorIO"
-    precision: ClassVar[float] = 6e-8
-    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white")
 
     @override
-    def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:
-        table = inverse_table(calibration, settings.n_levels)
+    def text_of(self, table: Floats) -> str:
         n_entries, n_channels = table.shape
         head = f"Version 1\nFrom 0.0 1.0\nLength {n_entries}\nComponents {n_channels}\n"
-        return Encoded(f"{head}{{\n{rows_of(table)}\n}}\n".encode())
+        return f"{head}{{\n{rows_of(table)}\n}}\n"
 
     @override
     def recognises(self, source: Source) -> bool:
@@ -57,8 +46,7 @@ class Spi1d(AbstractFormat):
         return "Version" in words and "Length" in words
 
     @override
-    def decode(self, source: Source) -> Calibration:
-        """Calibration of a table of 1 or 3 components; one of its own domain is resampled."""
+    def sampled(self, source: Source) -> Sampled:
         lines = without_comments(lines_of(source))
         if not ("{" in lines and "}" in lines):
             msg = "has no table between braces, or it is cut short"
@@ -68,7 +56,7 @@ class Spi1d(AbstractFormat):
         n_entries, n_channels = int(fields["LENGTH"]), int(fields["COMPONENTS"])
         table = table_of(lines[start + 1 : end], n_entries, n_channels)
         low, high = floats(fields.get("FROM", "0 1"), 2)
-        return calibration_on([low], [high], table, source, self.name)
+        return Sampled(table, [low], [high])
 
 
 register_format(Spi1d())

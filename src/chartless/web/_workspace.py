@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from chartless.errors import ChartlessError, ImageError, ParameterError
 from chartless.plan import parsed_times
-from chartless.sequence import in_order
+from chartless.sequence import naturally_sorted
 from chartless.types import JsonObject
 from chartless.web._limits import Limits
 from chartless.web._live import LiveView
@@ -273,7 +273,7 @@ class Workspace:
 
     def _sorted(self) -> list[Upload]:
         """Files in the order of their numbers, as a camera counts them."""
-        return in_order(self.uploads.values(), key=lambda each: each.name)
+        return naturally_sorted(self.uploads.values(), key=lambda each: each.name)
 
 
 async def _cancelled(camera: Camera) -> None:
