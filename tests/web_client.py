@@ -80,6 +80,20 @@ class Client:
     def put(self, name: str, content: bytes) -> Answer:
         return self.ask("PUT", f"/api/files?name={quote(name)}", content)
 
+    def half_sent(self, name: str, size: int, content: bytes) -> socket.socket:
+        """Begin to send a file of that size; closing the connection gives it up."""
+        connection = socket.create_connection(("127.0.0.1", self.port))
+        cookies = "; ".join(f"{name}={value}" for name, value in self.cookies.items())
+        head = (
+            f"PUT /api/files?name={quote(name)} HTTP/1.1",
+            f"Host: 127.0.0.1:{self.port}",
+            "X-Chartless: 1",
+            f"Cookie: {cookies}",
+            f"Content-Length: {size}",
+        )
+        connection.sendall(("\r\n".join(head) + "\r\n\r\n").encode() + content)
+        return connection
+
     @property
     def state(self) -> Any:
         return self.ask("GET", "/api/state").json

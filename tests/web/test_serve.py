@@ -151,14 +151,7 @@ def test_killed_in_the_middle_of_a_job_it_leaves_nothing(start: Start, frames: l
 
 def test_interrupted_while_a_file_is_sent_it_ends(start: Start) -> None:
     server = start()
-    client = server.client
-    cookie = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
-    with socket.create_connection(("127.0.0.1", client.port)) as connection:
-        connection.sendall(
-            f"PUT /api/files?name=a.png HTTP/1.1\r\nHost: 127.0.0.1:{client.port}\r\n"
-            f"X-Chartless: 1\r\nCookie: {cookie}\r\nContent-Length: 1000000\r\n\r\n".encode()
-        )
-        connection.sendall(b"\x89PNG")
+    with server.client.half_sent("a.png", 1_000_000, b"\x89PNG"):
         time.sleep(0.3)
 
         status, _, err = server.end(signal.SIGINT)

@@ -3,8 +3,10 @@
 import io
 import json
 import struct
+import time
 import zipfile
 import zlib
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -134,6 +136,19 @@ class TestHarm:
             assert client.finished(key)["state"] == "failed"
 
 
+@pytest.mark.parametrize("suffix", ["png", "jpg", "tif", "bmp", "ppm", "pgm", "webp"])
+def test_pictures_of_all_kinds_are_frames(client: Client, suffix: str) -> None:
+    levels = np.random.default_rng(1).integers(0, 255, (40, 50), dtype=np.uint8)
+    picture = Image.fromarray(levels)
+    kinds = {"jpg": "jpeg", "tif": "tiff", "pgm": "ppm"}
+    content = io.BytesIO()
+    picture.save(content, kinds.get(suffix, suffix))
+    answer = client.put(f"_DSC0001.{suffix}", content.getvalue())
+
+    assert answer.status == 201, answer.error
+    assert [each["kind"] for each in client.state["files"]] == ["picture"]
+
+
 class TestLimits:
     def test_a_file_too_large(self, strict_client: Client) -> None:
         answer = strict_client.put("a.png", bytes(200_001))
@@ -152,6 +167,28 @@ class TestLimits:
         assert [each.status for each in answers] == [201, 201, 413]
         strict_client.ask("DELETE", f"/api/files/{answers[0].json['id']}")
         assert strict_client.put("c.png", padded).status == 201
+
+    def test_files_that_arrive_at_once_share_the_room(
+        self, strict_client: Client, tmp_path: Path
+    ) -> None:
+        """Two files are still on their way: with a third it would be too much."""
+        with ExitStack() as open_ones:
+            for name in "ab":
+                open_ones.enter_context(strict_client.half_sent(name, 199_000, bytes(190_000)))
+            while sum(each.stat().st_size for each in tmp_path.rglob("files/*")) < 370_000:
+                time.sleep(0.01)
+            answer = strict_client.put("c.png", bytes(199_000))
+
+        assert answer.status == 413
+
+    def test_a_calibration_too_large(self, tmp_path: Path) -> None:
+        limits = Limits(calibration_bytes=1000)
+        with serving(tmp_path, limits=limits) as nobody:
+            table = "".join(f"{k / 255} {k / 255} {k / 255}\n" for k in range(256))
+            answer = nobody.begin().put("a.cube", f"LUT_1D_SIZE 256\n{table}".encode())
+
+        assert answer.status == 422
+        assert "larger than any calibration" in answer.error
 
     def test_too_many_files(self, strict_client: Client, frames: list[Path]) -> None:
         content = frames[0].read_bytes()

@@ -145,7 +145,9 @@ def draw_response(
 def draw_responses(axes: Axes, named: Sequence[tuple[str, Response]]) -> None:
     """Brightness over irradiance of several cameras, by name, as `draw_response` does for one."""
     for place, (name, response) in enumerate(named):
-        _draw_curve(axes, response, SERIES_COLOURS[place % len(SERIES_COLOURS)], name)
+        # Else matplotlib would set $x$ as a formula, and leave _DSC0001 out of the legend.
+        label = "\N{ZERO WIDTH SPACE}" + name.replace("$", r"\$")
+        _draw_curve(axes, response, SERIES_COLOURS[place % len(SERIES_COLOURS)], label)
     _frame_responses(axes)
 
 

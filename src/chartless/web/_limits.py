@@ -10,6 +10,8 @@ class Limits:
     file_bytes: int = 1 << 30
     """Of one file: a minute of video."""
     total_bytes: int = 4 << 30
+    calibration_bytes: int = 50_000_000
+    """Of one calibration of any program."""
     files: int = 500
     cameras: int = 50
     """Results that are kept."""

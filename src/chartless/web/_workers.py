@@ -14,6 +14,7 @@ from chartless.types import JsonObject
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
+_LONGEST_LINE = 1 << 24  # bytes, of what a process says
 _AT_ONCE = max(1, (os.cpu_count() or 1) // 2)
 
 
@@ -66,6 +67,7 @@ class Workers:
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             cwd=self._folder,
+            limit=_LONGEST_LINE,
             start_new_session=True,
         )
 

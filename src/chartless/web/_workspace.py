@@ -90,6 +90,8 @@ class Workspace:
     cameras: dict[str, Camera] = field(default_factory=dict)
     live: LiveView | None = None
     last_used: float = 0.0
+    _arriving: dict[str, int] = field(default_factory=dict)
+    """Bytes so far of files that are being sent, by name."""
 
     def __post_init__(self) -> None:
         self.folder.mkdir(mode=0o700)
@@ -128,12 +130,12 @@ class Workspace:
             If it is no file that chartless reads.
         """
         name = self._free(_cleaned(name))
-        if len(self.uploads) >= self.limits.files:
+        if len(self.uploads) + len(self._arriving) >= self.limits.files:
             msg = f"{name}: there are {self.limits.files} files already: remove some"
             raise LimitError(msg)
         path = self.files / name
         try:
-            size = await self._write(path, chunks)
+            await self._write(path, chunks)
             kind, pixels = await asyncio.to_thread(_kind, path, self.limits)
         except ChartlessError as error:
             path.unlink(missing_ok=True)
@@ -141,20 +143,23 @@ class Workspace:
         except BaseException:
             path.unlink(missing_ok=True)
             raise
+        finally:
+            size = self._arriving.pop(name, 0)
         if kind == "calibration":
             return self._imported(path)
         added = Upload(secrets.token_hex(8), name, size, kind, pixels)
         self.uploads[added.id] = added
         return added
 
-    async def _write(self, path: Path, chunks: AsyncIterator[bytes]) -> int:
-        room = self.limits.total_bytes - sum(each.size for each in self.uploads.values())
-        most = min(self.limits.file_bytes, room)
-        size = 0
+    async def _write(self, path: Path, chunks: AsyncIterator[bytes]) -> None:
+        self._arriving[path.name] = 0
         with path.open("xb") as file:
             async for chunk in chunks:
-                size += len(chunk)
-                if size > most:
+                self._arriving[path.name] += len(chunk)
+                together = sum(each.size for each in self.uploads.values())
+                together += sum(self._arriving.values())
+                is_large = self._arriving[path.name] > self.limits.file_bytes
+                if is_large or together > self.limits.total_bytes:
                     msg = (
                         f"{path.name}: a file may have {self.limits.file_bytes / _MEGA:g} MB and "
                         f"all together {self.limits.total_bytes / _MEGA:g} MB: give fewer or "
@@ -162,7 +167,6 @@ class Workspace:
                     )
                     raise LimitError(msg)
                 file.write(chunk)
-        return size
 
     def _free(self, name: str) -> str:
         """The name, or the name with a number if there is such a file."""
@@ -256,6 +260,8 @@ class Workspace:
             camera.result = await self.workers.run(task, progress)
         except TaskError as error:
             camera.error = str(error).replace(f"{camera.folder}{os.sep}", "")
+        except (OSError, ValueError) as error:  # no process, or none that speaks as ours do
+            camera.error = f"the calculation could not be run ({error}): try again"
 
     async def remove_camera(self, key: str) -> None:
         """Remove a calibration; one that is being made is given up."""
@@ -308,11 +314,17 @@ def _kind(path: Path, limits: Limits) -> tuple[str, tuple[int, int] | None]:
     if is_raw(path):
         read_settings(path, raw=True)
         return "raw", None
-    with path.open("rb") as file:
-        head = file.read(4096)
-    if FORMAT.encode() in head or is_foreign(path):
+    try:
+        width, height = read_size(path)
+    except ImageError:
+        with path.open("rb") as file:
+            is_own = FORMAT.encode() in file.read(4096)
+        if not is_own and not is_foreign(path):
+            raise
+        if path.stat().st_size > limits.calibration_bytes:
+            msg = "is larger than any calibration: give the pictures that it is made from"
+            raise ImageError(str(path), msg) from None
         return "calibration", None
-    width, height = read_size(path)
     if width * height > limits.pixels:
         msg = f"has {width} × {height} pixels, larger than this page takes: crop it"
         raise ImageError(str(path), msg)

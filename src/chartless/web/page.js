@@ -236,6 +236,7 @@ const upload = attempt(async (files) => {
 
 const calibrate = attempt(async () => {
   tell("");
+  find("calibrate").disabled = true; // until the list is drawn anew
   const options = Object.fromEntries(new FormData(find("options")));
   const { id } = await (await ask("cameras", { method: "POST", json: options })).json();
   await refresh();
