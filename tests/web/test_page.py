@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from web_client import Client, serving
 
 from chartless import AffineNoise, named_curve, simulate_frames
@@ -163,6 +164,29 @@ def test_frames_that_tell_nothing_are_explained(
 
     assert "identical pixels" in page.inner_text("#reason")
     assert "/" not in page.inner_text("#reason")
+
+
+def test_what_to_do_is_found_on_the_page(visit: Callable[..., Page], tmp_path: Path) -> None:
+    """A bracket without EXIF: the message names --times, which is among the options."""
+    scene = np.random.default_rng(3).uniform(size=(240, 320)) * 0.25
+    for number in range(3):
+        light = np.clip(scene * 2**number, 0, 1)
+        Image.fromarray(np.rint(255 * light**0.5).astype(np.uint8)).save(tmp_path / f"{number}.png")
+    page = visit()
+    drop(page, sorted(tmp_path.glob("*.png")))
+    page.wait_for_selector("#uploads li:nth-child(3)")
+    page.click("#calibrate")
+    page.wait_for_selector("#failed:not([hidden])")
+
+    assert "--times" in page.inner_text("#reason")
+    assert page.locator("#hint").is_visible()
+    page.fill("[name=times]", "1, 2, 4")
+    page.click("#calibrate")
+    page.wait_for_selector("#report svg")
+
+    page.click("#clear")
+    page.wait_for_selector("#uploads li", state="detached")
+    assert page.is_disabled("#calibrate")
 
 
 def test_a_reload_in_the_middle_loses_nothing(

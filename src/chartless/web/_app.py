@@ -84,6 +84,7 @@ def make_app(
             Route("/api/session", session, methods=["POST"]),
             route("/api/state", _state, "GET"),
             route("/api/files", _add_file, "PUT"),
+            route("/api/files", _remove_files, "DELETE"),
             route("/api/files/{file}", _remove_file, "DELETE"),
             route("/api/files/{file}", _change_file, "PATCH"),
             route("/api/cameras", _calibrate, "POST"),
@@ -174,6 +175,12 @@ async def _add_file(request: Request, workspace: Workspace) -> Response:
 
 async def _remove_file(request: Request, workspace: Workspace) -> Response:
     workspace.remove_file(request.path_params["file"])
+    return Response(status_code=204)
+
+
+async def _remove_files(_: Request, workspace: Workspace) -> Response:
+    for key in list(workspace.uploads):
+        workspace.remove_file(key)
     return Response(status_code=204)
 
 

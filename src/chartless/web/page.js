@@ -67,6 +67,7 @@ function draw() {
   replace(find("uploads"), state.files.map(uploadRow));
   replace(find("cameras"), state.cameras.map(cameraRow));
   find("none").hidden = state.cameras.length > 0;
+  find("clear").hidden = state.files.length < 2;
   find("calibrate").disabled = !state.files.some((each) => each.role === "frame");
   for (const id of compared) {
     if (!state.cameras.some((each) => each.id === id)) compared.delete(id);
@@ -189,6 +190,8 @@ function drawSheet() {
     find("bar").value = camera.share;
   } else if (is === "failed") {
     find("reason").textContent = camera.error;
+    find("hint").hidden = !/--[a-z]/.test(camera.error);
+    if (!find("hint").hidden) find("more").open = true;
   } else if (is === "done") {
     find("json").href = `api/cameras/${camera.id}/camera.json`;
     find("keep").href = `api/cameras/${camera.id}/report.html?keep`;
@@ -269,6 +272,10 @@ for (const name of ["method", "model"]) {
     if (state.cameras.length && !find("calibrate").disabled) calibrate();
   });
 }
+find("clear").addEventListener("click", attempt(async () => {
+  await ask("files", { method: "DELETE" });
+  await refresh();
+}));
 find("stop").addEventListener("click", attempt(async () => {
   await ask(`cameras/${shown}`, { method: "DELETE" });
   await refresh();
