@@ -137,11 +137,10 @@ class Workspace:
         try:
             await self._write(path, chunks)
             kind, pixels = await asyncio.to_thread(_kind, path, self.limits)
-        except ChartlessError as error:
+        except BaseException as error:
             path.unlink(missing_ok=True)
-            raise _without_folder(error, self.files) from error
-        except BaseException:
-            path.unlink(missing_ok=True)
+            if isinstance(error, ChartlessError):
+                raise _without_folder(error, self.files) from error
             raise
         finally:
             size = self._arriving.pop(name, 0)
@@ -188,8 +187,8 @@ class Workspace:
         Parameters
         ----------
         options : dict
-            Of `chartless.workflow.calibrate`: method, model, channels, evidence, times (a text),
-            shared_noise, aligned. Empty ones are left away.
+            method, model, channels, evidence, times (a text), shared_noise and unaligned, as the
+            command line has them. Empty ones and others are left away.
 
         Raises
         ------
