@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import csr_array
 
 from chartless.exposure_likelihood import ExposureCounts
 from chartless.log_slopes import CurvePrior, irradiance_at_edges
@@ -70,21 +69,21 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     longer = np.repeat([table.longer for table in counts.tables], sizes)
     shorter = np.repeat([table.shorter for table in counts.tables], sizes)
     step = counts.log_exposures[longer] - counts.log_exposures[shorter]
-    row = np.arange(upper.size)
     floor = lower.astype(np.intp)
     part = lower - floor
-    # ln g of the levels, then changes of ln t; rows are residuals.
-    columns = [upper, floor, floor + 1, n_levels + longer, n_levels + shorter]
+    # Five of ln g of the levels and of the changes of ln t, with a factor each, make a residual.
+    known = np.stack([upper, floor, floor + 1, n_levels + longer, n_levels + shorter], axis=1)
     one = np.ones(upper.size)
-    entries = np.concatenate([one, part - 1, -part, -one, one])
-    places = np.tile(row, 5), np.concatenate(columns)
-    operator = csr_array((entries, places), shape=(row.size, n_levels + n_exposures))
+    factor = np.stack([one, part - 1, -part, -one, one], axis=1)
+    size = n_levels + n_exposures
+    cells = known[:, :, np.newaxis] * size + known[:, np.newaxis]
+    products = factor[:, :, np.newaxis] * factor[:, np.newaxis]
 
     # All irradiances alike and all exposures too would follow any transfer function.
     free = 0 < counts.exposure_error < _HELD
-    precision = np.zeros((n_levels + n_exposures,) * 2)
-    precision[:n_levels, :n_levels] = np.linalg.inv(prior.covariance)
-    diagonal = np.arange(n_levels, n_levels + n_exposures)
+    precision = np.zeros((size, size))
+    precision[:n_levels, :n_levels] = prior.precision
+    diagonal = np.arange(n_levels, size)
     precision[diagonal, diagonal] = 1 / counts.exposure_error**2 if free else 1e12
     mean = np.concatenate([prior.mean, np.zeros(n_exposures)])
     x = mean.copy()
@@ -94,15 +93,16 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
         edges = irradiance_at_edges(x[:n_levels])
         light = (edges[1:] + edges[:-1]) / 2
         width = np.diff(edges)
-        log_light = np.log(light)
-        known = np.concatenate([log_light, x[n_levels:]])
-        residual = operator @ known - step
+        values = np.concatenate([np.log(light), x[n_levels:]])
+        residual = (factor * values[known]).sum(axis=1) - step
         rounding = (width[upper] / light[upper]) ** 2 + (width[floor] / light[floor]) ** 2
         variance = _DOUBT**2 + rounding / 12
         weight = 1 / (variance + (residual / _FAR) ** 2)
-        normal = (operator.T @ (operator * weight[:, np.newaxis])).toarray()
-        pull = operator.T @ (weight * residual)
-        jacobian = np.eye(n_levels + n_exposures)
+        told = products * weight[:, np.newaxis, np.newaxis]
+        normal = np.bincount(cells.ravel(), told.ravel(), size**2).reshape(size, size)
+        pulls = factor * (weight * residual)[:, np.newaxis]
+        pull = np.bincount(known.ravel(), pulls.ravel(), size)
+        jacobian = np.eye(size)
         jacobian[:n_levels, :n_levels] = (below - light[:, np.newaxis]) * width
         jacobian[:n_levels, :n_levels] /= light[:, np.newaxis]
         information = jacobian.T @ normal @ jacobian + precision

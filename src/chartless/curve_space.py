@@ -96,7 +96,7 @@ class FreeCurve(AbstractCurveSpace):
 
     def __init__(self, prior: CurvePrior) -> None:
         self.mean = prior.mean
-        self.precision = np.asarray(np.linalg.inv(prior.covariance), np.float64)
+        self.precision = prior.precision
         self._column_sums = self.precision.sum(axis=0)
         self.log_precision = -float(np.linalg.slogdet(prior.covariance)[1])
 

@@ -32,8 +32,11 @@ applications in quantigraphic image processing", doi:10.1109/83.855434).
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.special import ndtr
 
 from chartless.likelihood import Expansion
@@ -52,7 +55,26 @@ _MOST_SHIFT = 0.5
 _REACH = 4.5  # deviations from the expected level beyond which only stray pixels show
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+class _Conditions(NamedTuple):
+    """Rows of a table that have counts, weighted as they enter the likelihood: J of them."""
+
+    upper: Indices
+    """Edge above the level j of each, shape (J,); below it is the one before."""
+    counts: Floats
+    """Weighted, shape (J, L)."""
+    n: Floats
+    """Their sums, shape (J,)."""
+    n_pixels: Floats
+    """The same before they were weighted."""
+    trust: Floats
+    """Shape (J,)."""
+    stray: Floats
+    """Probability of each level where a pixel may show any, shape (L,)."""
+    far: float
+    """Log-likelihood if all pixels were such."""
+
+
+@dataclass(frozen=True, eq=False)
 class Comparagram:
     """How often pixels show level j in one exposure and level i in a shorter one.
 
@@ -76,6 +98,21 @@ class Comparagram:
     noise: Floats | None = None
     """Variance of the noise of each row as a share of m², shape (L,), up to the common factor;
     without, that of u and v."""
+
+    @cached_property
+    def conditions(self) -> _Conditions:
+        """Rows as the likelihood takes them, the same for any curve."""
+        upper = 1 + np.flatnonzero(self.counts[1:-1].any(axis=1))  # that of level j is edge j
+        counts, trust = self.counts[upper], self.trust[upper]
+        n_pixels = counts.sum(axis=1)
+        weight = trust * np.minimum(1.0, FIRST_PIXELS / n_pixels)
+        if self.weight is not None:
+            weight = self.weight[upper]
+        counts = counts * weight[:, np.newaxis]
+        seen = counts.sum(axis=0)
+        stray = STRAY * (seen + 1.0) / (seen.sum() + seen.size)
+        far = float(seen @ np.log(stray))
+        return _Conditions(upper, counts, counts.sum(axis=1), n_pixels, trust, stray, far)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,7 +221,7 @@ class ExposureModel:
 
     def log_likelihood(self) -> float:
         """Σ C ln P over all tables."""
-        return sum(rows.log_likelihood() for rows in self._rows)
+        return sum(rows.log_likelihood for rows in self._rows)
 
     def expand(self, mix: Floats) -> Expansion:
         """Log-likelihood, gradient and expected information.
@@ -201,7 +238,7 @@ class ExposureModel:
         """
         n_inner = self._edges.size
         size = n_inner + len(mix) + self._own.size
-        gradient, information = np.zeros(size), np.zeros((size, size))
+        gradient, half = np.zeros(size), np.zeros((size, size))
         for table, rows in zip(self._counts.tables, self._rows, strict=True):
             # A table knows edges, ln u (or ln of the factor), ln v, ln κ and ln ρ.
             turn = np.zeros((4, size - n_inner))
@@ -214,8 +251,8 @@ class ExposureModel:
             first = len(mix) + self._counts.first_change
             if first < size - n_inner:
                 turn[3, first + table.longer], turn[3, first + table.shorter] = 1.0, -1.0
-            rows.add_to(gradient, information, turn)
-        return Expansion(self.log_likelihood(), gradient, information)
+            rows.add_to(gradient, half, turn)
+        return Expansion(self.log_likelihood(), gradient, half + half.T)
 
     def informed(self) -> tuple[ExposureCounts, Floats]:
         """Counts with shifts, weights and noise of rows as this state asks for; own unknowns."""
@@ -304,9 +341,8 @@ class _Rows:
         scatter: float,
         ratio: float,
     ) -> None:
-        counts = table.counts
-        (inner,) = np.nonzero(counts[1:-1].any(axis=1))
-        self._upper: Indices = inner + 1  # edge above level j; below it is the one before
+        self._given = given = table.conditions
+        self._upper, self._n = given.upper, given.n
         self._scatter, self._ratio = scatter, ratio
         self._width = edges[self._upper] - edges[self._upper - 1]
         self._light = (edges[self._upper] + edges[self._upper - 1]) / 2
@@ -318,128 +354,111 @@ class _Rows:
             self._noise = _RowNoise.affine(noise, self._mean, self._light, ratio)
         else:
             self._noise = _RowNoise.relative(factor * table.noise[self._upper], self._mean)
-        variance = self._noise.variance + self._rounding + (scatter * self._mean) ** 2
-        self._variance = variance[:, np.newaxis]
-        self._deviation = np.sqrt(self._variance)
-        reach = _REACH * self._deviation[:, 0]
-        first = np.searchsorted(edges, self._mean - reach)
-        last = np.searchsorted(edges, self._mean + reach)
+        self._variance = self._noise.variance + self._rounding + (scatter * self._mean) ** 2
+        deviation = np.sqrt(self._variance)
+        self._deviation = deviation[:, np.newaxis]
+        first = np.searchsorted(edges, self._mean - _REACH * deviation)
+        last = np.searchsorted(edges, self._mean + _REACH * deviation)
         n_near = min(int((last - first).max(initial=0)) + 1, edges.size)
-        first = np.minimum(first, edges.size - n_near)
-        self._edge: Indices = first[:, np.newaxis] + np.arange(n_near)
-        self._distance = (edges[self._edge] - self._mean[:, np.newaxis]) / self._deviation
-        near = first[:, np.newaxis] + np.arange(n_near + 1)
-        own = counts[self._upper]
-        n_pixels = own.sum(axis=1)
-        self._trust = table.trust[self._upper]
-        weight = self._trust * np.minimum(1.0, FIRST_PIXELS / n_pixels)
-        if table.weight is not None:
-            weight = table.weight[self._upper]
-        own = own * weight[:, np.newaxis]
-        self._n_pixels, self._n, self._n_levels = n_pixels, own.sum(axis=1), len(counts)
-        stray = STRAY * (own.sum(axis=0) + 1.0) / (own.sum() + counts.shape[1])
-        self._counts = np.take_along_axis(own, near, axis=1)
-        self._stray = stray[near]
-        self._far = float((own.sum(axis=0)) @ np.log(stray))
-        below = ndtr(self._distance)
-        shares = _differences(below)
+        self._first: Indices = np.minimum(first, edges.size - n_near)
+        near = sliding_window_view(edges, n_near)[self._first]
+        self._distance = (near - self._mean[:, np.newaxis]) / self._deviation
+        self._stray = sliding_window_view(given.stray, n_near + 1)[self._first]
+        self._counts = _windows(given.counts, n_near + 1)[self._row, self._first]
+        shares = _differences(ndtr(self._distance))
         shares[:, -1] += 1.0
         self._shares = (1 - STRAY) * np.maximum(shares, 0.0) + self._stray
 
+    @property
+    def _row(self) -> Indices:
+        """Number of each row, shape (J,)."""
+        return np.arange(self._upper.size)
+
+    @property
+    def _edge(self) -> Indices:
+        """Number of each edge within reach, shape (J, W)."""
+        return self._first[:, np.newaxis] + np.arange(self._distance.shape[1])
+
     def weight(self) -> Floats:
         """Weight of each row, shape (L,): a part of the scatter is shared by its pixels."""
-        shared = _SHARED * (self._scatter * self._mean) ** 2 / self._variance[:, 0]
-        weight = np.zeros(self._n_levels)
-        weight[self._upper] = self._trust / (1 + self._n_pixels * shared)
+        shared = _SHARED * (self._scatter * self._mean) ** 2 / self._variance
+        weight = np.zeros(self._given.stray.size)
+        weight[self._upper] = self._given.trust / (1 + self._given.n_pixels * shared)
         return weight
 
     def relative_noise(self) -> Floats:
         """Variance of the noise of each row as a share of m², shape (L,)."""
-        noise = np.zeros(self._n_levels)
+        noise = np.zeros(self._given.stray.size)
         noise[self._upper] = self._noise.variance / self._mean**2
         return noise
 
+    @cached_property
     def log_likelihood(self) -> float:
+        """Σ C ln P."""
         gain = float(np.vdot(self._counts, np.log(self._shares / self._stray)))
-        return gain + self._far
+        return gain + self._given.far
 
-    def add_to(self, gradient: Floats, information: Floats, turn: Floats) -> None:
+    def add_to(self, gradient: Floats, half: Floats, turn: Floats) -> None:
         """Add what the table tells of edges and, by `turn`, of what follows them.
 
         Edges within reach move the probabilities of a row by themselves; through the mean m and
-        the variance s² of the row, the edges of level j do, and ln u, ln v, ln κ, ln ρ.
+        the variance s² of the row, the edges of level j do, and ln u, ln v, ln κ, ln ρ. With m
+        it is as if all edges fell, with s² as if they came nearer to m: all that a row tells
+        follows from what it tells of its edges. Of the information half is added; the other half
+        is its transpose.
         """
-        n_inner = len(gradient) - turn.shape[1]
-        density = (1 - STRAY) * _NORMAL * np.exp(-0.5 * self._distance**2)
-        by_edge = density / self._deviation
-        by_variance = density * self._distance / (-2 * self._variance)
-        ratio = self._counts / self._shares
-        drop = ratio[:, :-1] - ratio[:, 1:]
+        n_inner, edge = len(gradient) - turn.shape[1], self._edge
+        by_edge = ((1 - STRAY) * _NORMAL / self._deviation) * np.exp(-0.5 * self._distance**2)
         inverse = 1 / self._shares
-        n = self._n[:, np.newaxis]
+        ratio = self._counts * inverse
+        pull = by_edge * (ratio[:, :-1] - ratio[:, 1:])
+        weighted = self._n[:, np.newaxis] * by_edge
+        own = weighted * by_edge * (inverse[:, :-1] + inverse[:, 1:])
+        beside = -weighted[:, :-1] * by_edge[:, 1:] * inverse[:, 1:-1]  # with the next edge
 
-        changes = _differences(-by_edge), _differences(by_variance)  # with m, with s²
-        relative = [change * inverse for change in changes]
-        pulls = [-(drop * by_edge).sum(axis=1), (drop * by_variance).sum(axis=1)]
-        crossed = [n * by_edge * (each[:, :-1] - each[:, 1:]) for each in relative]
-        own = [[self._n * (a * b).sum(axis=1) for b in changes] for a in relative]
-        by_level, by_rest = self._chain()
-
-        def spread(values: Floats) -> Floats:
-            return np.asarray(
-                np.bincount(self._edge.ravel(), values.ravel(), minlength=n_inner), np.float64
-            )
-
-        gradient[:n_inner] += spread(drop * by_edge)
-        gradient[n_inner:] += turn.T @ sum(
-            pull @ rest for pull, rest in zip(pulls, by_rest, strict=True)
+        number = np.arange(n_inner)
+        gradient[:n_inner] += np.bincount(edge.ravel(), pull.ravel(), n_inner)
+        half[number, number] += 0.5 * np.bincount(edge.ravel(), own.ravel(), n_inner)
+        half[number[:-1], number[1:]] += np.bincount(
+            edge[:, :-1].ravel(), beside.ravel(), n_inner - 1
         )
-        edges = information[:n_inner, :n_inner]
-        diagonal = np.arange(n_inner)
-        edges[diagonal, diagonal] += spread(n * by_edge**2 * (inverse[:, :-1] + inverse[:, 1:]))
-        shared = np.zeros_like(by_edge)
-        shared[:, :-1] = -n * by_edge[:, :-1] * by_edge[:, 1:] * inverse[:, 1:-1]
-        beside = spread(shared)[:-1]
-        edges[diagonal[:-1], diagonal[1:]] += beside
-        edges[diagonal[1:], diagonal[:-1]] += beside
 
-        to_rest = np.zeros((n_inner, 4))
-        for what in range(2):
-            for column in range(4):
-                if by_rest[what][:, column].any():
-                    to_rest[:, column] += spread(
-                        crossed[what] * by_rest[what][:, column, np.newaxis]
-                    )
-        among_rest = np.zeros((4, 4))
-        for end, place in enumerate((self._upper - 1, self._upper)):
-            np.add.at(
-                gradient, place, sum(p * b[end] for p, b in zip(pulls, by_level, strict=True))
+        # What m and s² tell with each edge.
+        nearer = self._distance / (-2 * self._deviation)
+        told = np.stack([-own, own * nearer])
+        told[0, :, :-1] -= beside
+        told[0, :, 1:] -= beside
+        told[1, :, :-1] += beside * nearer[:, 1:]
+        told[1, :, 1:] += beside * nearer[:, :-1]
+        pulls = np.array([-pull.sum(axis=1), _dot(pull, nearer)])
+        both = _dot(told[0], nearer)
+        among = np.array([[-told[0].sum(axis=1), both], [both, _dot(told[1], nearer)]])
+
+        by_ends, by_unknowns = self._chain()
+        by_rest = by_unknowns @ turn
+        with_rest = np.einsum("abj,bjr->ajr", among, by_rest)
+        ends = list(zip((self._upper - 1, self._upper), by_ends, strict=True))
+        for place, by_end in ends:
+            gradient[place] += np.einsum("aj,aj->j", by_end, pulls)
+            _windows(half, edge.shape[1])[place, self._first] += np.einsum(
+                "aj,ajk->jk", by_end, told
             )
-            moved = sum(c * b[end][:, np.newaxis] for c, b in zip(crossed, by_level, strict=True))
-            both = np.bincount(
-                (self._edge * n_inner + place[:, np.newaxis]).ravel(),
-                moved.ravel(),
-                minlength=n_inner**2,
-            ).reshape(n_inner, n_inner)
-            edges += both
-            edges += both.T
-            # What m and s² of a row tell together, with the other edge of the level and the rest.
-            told = [sum(own[a][b] * by_level[a][end] for a in range(2)) for b in range(2)]
-            for other, its in enumerate((self._upper - 1, self._upper)):
-                np.add.at(edges, (place, its), sum(told[b] * by_level[b][other] for b in range(2)))
-            np.add.at(to_rest, place, sum(told[b][:, np.newaxis] * by_rest[b] for b in range(2)))
-        for a in range(2):
-            for b in range(2):
-                among_rest += (by_rest[a] * own[a][b][:, np.newaxis]).T @ by_rest[b]
-        cross = to_rest @ turn
-        information[:n_inner, n_inner:] += cross
-        information[n_inner:, :n_inner] += cross.T
-        information[n_inner:, n_inner:] += turn.T @ among_rest @ turn
+            for other, by_other in ends:
+                half[place, other] += 0.5 * np.einsum("aj,abj,bj->j", by_end, among, by_other)
+            half[place, n_inner:] += np.einsum("aj,ajr->jr", by_end, with_rest)
+        gradient[n_inner:] += np.einsum("aj,ajr->r", pulls, by_rest)
+        half[n_inner:, n_inner:] += 0.5 * np.einsum("ajr,ajs->rs", by_rest, with_rest)
+        crossed = [
+            np.bincount(edge.ravel(), np.einsum("aj,ajk->jk", by_one, told).ravel(), n_inner)
+            for by_one in np.moveaxis(by_unknowns, 2, 0)
+        ]
+        half[:n_inner, n_inner:] += np.stack(crossed, axis=1) @ turn
 
-    def _chain(self) -> tuple[list[tuple[Floats, Floats]], list[Floats]]:
-        """Derivatives of m and s² of each row: in the edges below and above level j; in the rest.
+    def _chain(self) -> tuple[Floats, Floats]:
+        """Derivatives of m and s² of each row by what moves them.
 
-        The rest is ln u, ln v, ln κ, ln ρ, shape (J, 4).
+        By the edges below and above level j, shape (2, 2, J), edges first; by ln u, ln v, ln κ
+        and ln ρ, shape (2, J, 4).
         """
         noise, mean = self._noise, self._mean
         scattered = (self._scatter * mean) ** 2
@@ -448,15 +467,25 @@ class _Rows:
         middle = 0.5 * (along / self._light + noise.by_light)
         apart = self._width / (6 * self._ratio**2)
         zero = np.zeros(mean.size)
-        mean_by_rest = np.stack([zero, zero, zero, -mean], axis=1)
-        variance_by_rest = np.stack(
-            [*noise.by_unknowns, 2 * scattered, noise.by_log_ratio - along - 2 * self._rounding],
-            axis=1,
+        by_log_ratio = noise.by_log_ratio - along - 2 * self._rounding
+        by_unknowns = np.array(
+            [
+                [zero, zero, zero, -mean],
+                [*noise.by_unknowns, 2 * scattered, by_log_ratio],
+            ]
         )
-        return (
-            [(half, half), (middle - apart, middle + apart)],
-            [mean_by_rest, variance_by_rest],
-        )
+        by_ends = np.array([[half, middle - apart], [half, middle + apart]])
+        return by_ends, np.moveaxis(by_unknowns, 1, 2)
+
+
+def _windows(rows: Floats, width: int) -> Floats:
+    """All so wide windows on each row, shape (J, N − width + 1, width); a view to write to."""
+    return sliding_window_view(rows, width, axis=1, writeable=True)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Of each row."""
+    return np.asarray(np.einsum("jk,jk->j", a, b))
 
 
 def _differences(below: Floats) -> Floats:

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from chartless.brightness_transfer import brightness_transfer
 from chartless.channels import planes_of, require_alike, require_mask
@@ -168,7 +167,7 @@ def bracket_evidence(
         )
         raise UnfitFramesError(msg)
     if aligned:
-        tables = {name: _compared(samples, name, pairs, rows) for name, rows in stacked.items()}
+        tables = _compared(samples, pairs, stacked)
     else:
         tables = {name: _matched(rows, pairs) for name, rows in stacked.items()}
     if exposure_error == 0:
@@ -236,22 +235,27 @@ def _followed(first: Levels, second: Levels, n_levels: int) -> Levels:
 
 def _pooled(tables: tuple[Comparagram, ...], log_exposures: Floats) -> tuple[Comparagram, ...]:
     """Add up what has one ratio: the cost no longer grows with the number of exposures."""
-    pooled: dict[int, Comparagram] = {}
+    groups: dict[int, list[Comparagram]] = {}
     for table in tables:
         step = log_exposures[table.longer] - log_exposures[table.shorter]
-        ratio = round(step / _SAME_RATIO)
-        same = pooled.setdefault(ratio, table)
-        if same is table:
+        groups.setdefault(round(step / _SAME_RATIO), []).append(table)
+    pooled = []
+    for first, *others in groups.values():
+        if not others:
+            pooled.append(first)
             continue
-        own, others = table.counts.sum(axis=1), same.counts.sum(axis=1)
-        trust = (own * table.trust + others * same.trust) / np.maximum(own + others, 1e-9)
-        pooled[ratio] = replace(
-            same,
-            counts=same.counts + table.counts,
-            trust=trust,
-            histogram=same.histogram + table.histogram,
+        alike = (first, *others)
+        n_pixels = np.stack([table.counts.sum(axis=1) for table in alike])
+        trusted = sum(n * table.trust for n, table in zip(n_pixels, alike, strict=True))
+        pooled.append(
+            replace(
+                first,
+                counts=sum(table.counts for table in others) + first.counts,
+                trust=trusted / np.maximum(n_pixels.sum(axis=0), 1e-9),
+                histogram=sum(table.histogram for table in others) + first.histogram,
+            )
         )
-    return tuple(pooled.values())
+    return tuple(pooled)
 
 
 def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:
@@ -267,8 +271,10 @@ def _sample(
     shape = next(iter(planes.values())).shape
     step = max(1, int(np.ceil(np.sqrt(shape[0] * shape[1] / SAMPLE))))
     chosen = np.s_[step // 2 :: step, step // 2 :: step]
-    usable = np.ones(shape, dtype=bool) if mask is None else mask
+    usable = np.broadcast_to(True, shape) if mask is None else mask
     if bloom_radius > 0:
+        from scipy.ndimage import binary_dilation
+
         saturated = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
         usable = usable & ~binary_dilation(saturated, _disc(bloom_radius))
     levels = {name: plane[chosen].ravel() for name, plane in planes.items()}
@@ -284,37 +290,47 @@ def _chroma(planes: list[Levels], n_levels: int) -> Floats32:
     """Difference of largest and least channel over the largest, the cast of the light removed."""
     if len(planes) == 1:
         return np.zeros(planes[0].size, dtype=np.float32)
-    colours = np.stack(planes).astype(np.float32)
     top = n_levels - 1
-    shown = (colours.min(axis=0) > _DARK * top) & (colours.max(axis=0) < _BRIGHT * top)
-    if np.count_nonzero(shown) >= _LEAST_CAST:
-        colours /= np.median(colours[:, shown] / colours[1, shown], axis=1)[:, np.newaxis]
-    largest = colours.max(axis=0)
-    return np.asarray((largest - colours.min(axis=0)) / np.maximum(largest, 1.0))
+    least, largest = np.minimum.reduce(planes), np.maximum.reduce(planes)
+    (shown,) = np.nonzero((least > _DARK * top) & (largest < _BRIGHT * top))
+    colours = [plane.astype(np.float32) for plane in planes]
+    if shown.size >= _LEAST_CAST:
+        middle = colours[1][shown]
+        colours = [colour / np.median(colour[shown] / middle) for colour in colours]
+    brightest = np.maximum.reduce(colours)
+    away = brightest - np.minimum.reduce(colours)
+    return np.asarray(away / np.maximum(brightest, 1.0))
 
 
 def _compared(
-    samples: list[_Sample], channel: str, pairs: list[tuple[int, int]], histograms: Counts
-) -> tuple[Comparagram, ...]:
-    """Comparagrams of pixels at the same place."""
-    n_levels = histograms.shape[1]
-    tables = []
+    samples: list[_Sample], pairs: list[tuple[int, int]], histograms: dict[str, Counts]
+) -> dict[str, tuple[Comparagram, ...]]:
+    """Comparagrams of pixels at the same place, of each channel."""
+    tables: dict[str, list[Comparagram]] = {name: [] for name in histograms}
+    most = np.array([GREY_PIXELS, COLOURED_PIXELS])[:, np.newaxis]
     for shorter, longer in pairs:
         a, b = samples[shorter], samples[longer]
-        index = b.levels[channel].astype(np.intp)
-        index *= n_levels
-        index += a.levels[channel]
-        coloured = (a.chroma + b.chroma) / 2 > NEUTRAL
-        index[coloured] += n_levels**2
-        counts = np.bincount(index[a.usable & b.usable], minlength=2 * n_levels**2)
-        grey, rest = counts.reshape(2, n_levels, n_levels)
-        heard = _weighted(grey, GREY_PIXELS)
-        total = heard + _weighted(rest, COLOURED_PIXELS)
-        share = heard.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-9)
-        trust = share + COLOURED_TRUST * (1 - share)
-        seen = histograms[longer].astype(np.float64)
-        tables.append(Comparagram(shorter, longer, total, trust, seen))
-    return tuple(tables)
+        usable, grey = a.usable & b.usable, (a.chroma + b.chroma) / 2 <= NEUTRAL
+        kinds = np.flatnonzero(usable & grey), np.flatnonzero(usable & ~grey)
+        for name, seen in histograms.items():
+            n_levels = seen.shape[1]
+            cell = b.levels[name].astype(np.uint16) * np.uint16(n_levels) + a.levels[name]
+            counts = np.stack([np.bincount(cell[kind], minlength=n_levels**2) for kind in kinds])
+            counts = counts.reshape(2, n_levels, n_levels)
+            n_pixels = counts.sum(axis=2)
+            weight = np.minimum(1.0, most / np.maximum(n_pixels, 1))
+            heard = weight * n_pixels
+            share = heard[0] / np.maximum(heard.sum(axis=0), 1e-9)
+            tables[name].append(
+                Comparagram(
+                    shorter,
+                    longer,
+                    counts=np.einsum("kji,kj->ji", counts, weight),
+                    trust=share + COLOURED_TRUST * (1 - share),
+                    histogram=seen[longer].astype(np.float64),
+                )
+            )
+    return {name: tuple(each) for name, each in tables.items()}
 
 
 def _matched(histograms: Counts, pairs: list[tuple[int, int]]) -> tuple[Comparagram, ...]:

@@ -153,6 +153,10 @@ class PairModel:
         return np.asarray((self.shares * self.weights) @ self.shares.T + _LEAST)
 
     @cached_property
+    def _log_pairs(self) -> Floats:
+        return np.log(self.pairs)
+
+    @cached_property
     def dark(self) -> Floats:
         """Probability of each level in a dark frame, shape (L,)."""
         below = ndtr(self.edges / np.sqrt(self.noise.floor))
@@ -160,7 +164,7 @@ class PairModel:
 
     def log_likelihood(self, counts: PairCounts) -> float:
         """Σ C ln Q, weighted, and Σ c ln A(0) of dark frames."""
-        value = 0.5 * counts.weight * float(np.vdot(counts.pairs, np.log(self.pairs)))
+        value = 0.5 * counts.weight * float(np.vdot(counts.pairs, self._log_pairs))
         return value + (float(counts.dark @ np.log(self.dark)) if counts.dark.any() else 0.0)
 
     def relative_deviance(self, counts: PairCounts) -> float:

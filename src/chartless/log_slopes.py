@@ -10,7 +10,7 @@ The numbers in ``log_slopes.npz`` are fitted by ``scripts/fit_log_slopes.py``.
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
 
 import numpy as np
@@ -52,7 +52,7 @@ def log_slopes_of(irradiance: Floats) -> Floats:
     return np.log(np.clip(slopes, np.exp(-_STEEPEST), np.exp(_STEEPEST)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class CurvePrior:
     """Gaussian distribution of log slopes."""
 
@@ -65,6 +65,11 @@ class CurvePrior:
     def n_levels(self) -> int:
         """L."""
         return self.mean.size
+
+    @cached_property
+    def precision(self) -> Floats:
+        """Inverse of the covariance, shape (L, L)."""
+        return np.asarray(np.linalg.inv(self.covariance), np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

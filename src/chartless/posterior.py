@@ -126,15 +126,19 @@ def maximise(
     state = start
     fits = _fits(terms, space, state)
     value = _value(fits) + prior.log_density(state)
-    damping, settled = 1e-4, False
+    damping, settled, wary = 1e-4, False, False
     for steps in range(1, _MOST_STEPS + 1):  # noqa: B007 - used after the loop
         gradient, information = _expanded(fits, space, state, mix)
+        # What follows the curve are logarithms of what acts. Where it is pulled down, exponentials
+        # bend the likelihood by as much as they pull, and expected information knows nothing of it.
+        bent = np.maximum(-gradient, 0.0)
+        bent[: state.coordinates.size] = 0.0
         gradient += prior.gradient(state)
         information += prior.precision
         diagonal = np.diag(information).copy()
         for _ in range(_MOST_TRIALS):
             damped = information.copy()
-            damped[np.diag_indices_from(damped)] += damping * diagonal
+            damped[np.diag_indices_from(damped)] += damping * diagonal + wary * bent
             step = cho_solve(cho_factor(damped, lower=True, check_finite=False), gradient)
             scale = min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-9))
             trial = _moved(terms, state, scale * step, mix)
@@ -146,7 +150,7 @@ def maximise(
                 trial_value = _value(trial_fits) + prior.log_density(trial)
             if trial_value >= value - _ROUNDING:
                 break
-            damping = max(8 * damping, 1e-6)
+            damping, wary = max(8 * damping, 1e-6), True
         else:  # nothing near is better, or rounding hides it
             settled = float(gradient @ step) < tolerance
             break
@@ -241,9 +245,12 @@ def _expanded(
     gradient, information = np.zeros(size), np.zeros((size, size))
     first = n_shared
     for expansion, own in zip(expansions, state.own, strict=True):
-        where = np.r_[:n_shared, first : first + own.size]
-        gradient[where] += expansion.gradient
-        information[np.ix_(where, where)] += expansion.information
+        shared, its_own = slice(n_shared), slice(first, first + own.size)
+        places = list(zip((shared, its_own), (shared, slice(n_shared, None)), strict=True))
+        for row, its_row in places:
+            gradient[row] += expansion.gradient[its_row]
+            for column, its_column in places:
+                information[row, column] += expansion.information[its_row, its_column]
         first += own.size
     gradient = np.concatenate([pull(gradient[:n_inner]), gradient[n_inner:]])
     return gradient, in_coordinates(information, n_inner, pull)

@@ -20,7 +20,6 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag, cho_factor, cho_solve, inv
-from scipy.sparse import csr_array
 
 from chartless.curve_space import AbstractCurveSpace, in_coordinates
 from chartless.errors import ParameterError
@@ -239,6 +238,8 @@ class _Model:
 
     def normal(self, now: _Shown, variance: Floats, share: Floats) -> tuple[Floats, Floats, Floats]:
         """Gradient of the cost in edges and in own unknowns, and information on both."""
+        from scipy.sparse import csr_array
+
         n = now.residual.size
         weight = share / (variance + (now.residual / _FAR) ** 2)
         # Of the residual by the edges around a block and by its gain.

@@ -3,8 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import irfft2, next_fast_len, rfft2
-from scipy.ndimage import gaussian_filter
 
 from chartless.types import Floats32
 
@@ -32,6 +30,9 @@ def register(smaller: Floats32, larger: Floats32) -> Registration:
     larger : ndarray of float32, shape (P, Q)
         P ≥ M, Q ≥ N.
     """
+    from scipy.fft import irfft2, next_fast_len, rfft2
+    from scipy.ndimage import gaussian_filter
+
     detail = [
         gaussian_filter(each, _FINE) - gaussian_filter(each, _COARSE) for each in (smaller, larger)
     ]

@@ -207,7 +207,7 @@ def _bands(frame: Levels | npt.NDArray[np.bool_]) -> Floats32:
 
 
 def _dot(a: Floats32, b: Floats32) -> float:
-    return float(np.vdot(a, b))
+    return float(np.einsum("bmn,bmn->", a, b))  # of slices too, without a copy
 
 
 def _patch_share(difference: Floats32, energy: float) -> float:

@@ -12,6 +12,7 @@ from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from chartless._threads import in_order
 from chartless.bracket_screening import exposure_rows, screen_bracket
@@ -181,20 +182,22 @@ def calibrate(
         )
 
     # One after the other: NumPy's steps on tables of noise are so short that threads get in each
-    # other's way, and the whole takes longer. Those on comparagrams are longer.
-    if joint is not None and noise is not None and bracket is None:
-        responses = joint.calibrate_together(
-            noise.tables,
-            n_frames=noise.n_frames,
-            dark=dark_levels,
-            progress=None if progress is None else partial(progress, "estimating"),
-        )
-    elif noise is None:
-        responses = tuple(in_order(partial(estimate, *each) for each in enumerate(names)))
-        if n_levels > MOST_LEVELS:
-            responses = tuple(each.at_levels(n_levels) for each in responses)
-    else:
-        responses = tuple(estimate(place, name) for place, name in enumerate(names))
+    # other's way, and the whole takes longer. Those on comparagrams are longer. Matrices are small
+    # in both: threads of BLAS would do little but wait for each other, on a busy computer for long.
+    with threadpool_limits(limits=1, user_api="blas"):
+        if joint is not None and noise is not None and bracket is None:
+            responses = joint.calibrate_together(
+                noise.tables,
+                n_frames=noise.n_frames,
+                dark=dark_levels,
+                progress=None if progress is None else partial(progress, "estimating"),
+            )
+        elif noise is None:
+            responses = tuple(in_order(partial(estimate, *each) for each in enumerate(names)))
+        else:
+            responses = tuple(estimate(place, name) for place, name in enumerate(names))
+    if noise is None and n_levels > MOST_LEVELS:
+        responses = tuple(each.at_levels(n_levels) for each in responses)
     responses = tuple(each.with_flags(*read.flags[each.name]) for each in responses)
     return Calibration(
         channels=responses,
