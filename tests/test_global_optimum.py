@@ -28,8 +28,8 @@ STARTS = {
     "eegc2": 200, "eegc4": 200, "eegc6": 200, "eegc10": 50,
     "gumbel2": 200, "gumbel4": 200, "gumbel6": 200,
     "pegc2": 200, "pegc4": 200, "pegc8": 50,
-    "meegc3": 200, "meegc5": 100,
-    "emor4-monotone": 200, "inverse-emor3": 200, "inverse-emor6": 20,
+    "meegc3": 60, "meegc5": 40,
+    "emor4-monotone": 80, "inverse-emor3": 60, "inverse-emor6": 20,
     "logemor3": 200, "logemor8": 50,
     "table": 10,
 }  # fmt: skip

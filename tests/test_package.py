@@ -28,6 +28,14 @@ def test_a_name_loads_what_it_needs_and_no_more():
     assert "scipy.optimize" not in loaded
 
 
+def test_calibrating_waits_for_no_library_that_few_calibrations_need():
+    loaded = modules_after("import chartless.workflow")
+
+    assert "scipy.linalg" in loaded
+    rare = {"scipy.fft", "scipy.ndimage", "scipy.optimize", "scipy.sparse", "OpenImageIO", "joblib"}
+    assert loaded.isdisjoint(rare)
+
+
 def test_values_that_notebooks_show_load_no_plot_until_they_are_shown():
     loaded = modules_after("from chartless import Calibration, Response, load")
 

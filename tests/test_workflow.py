@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from scipy.ndimage import gaussian_filter
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import chartless
 from chartless import AffineNoise, calibrate, named_curve, simulate_frames
@@ -267,6 +268,23 @@ def test_progress_of_a_bracket_runs_to_the_end() -> None:
         shares = [share for each, share in told if each == stage]
         assert shares == sorted(shares)
         assert shares[-1] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("times", [None, [1, 4, 10]])
+def test_matrices_are_small_and_multiplied_by_one_thread(times: list[float] | None) -> None:
+    n_threads: dict[str, set[int]] = {}
+
+    def progress(stage: str, _: float) -> None:
+        blas = [each for each in threadpool_info() if each["user_api"] == "blas"]
+        n_threads.setdefault(stage, set()).update(each["num_threads"] for each in blas)
+
+    given = exposures_of([0.4, 0.4] if times is None else [0.1, 0.4, 1.0])
+    with threadpool_limits(limits=2, user_api="blas"):
+        calibrate(given, times=times, progress=progress, n_levels=64)
+        progress("after", 1.0)
+
+    assert n_threads["estimating"] == {1}
+    assert n_threads["after"] == {2}
 
 
 def test_repeats_of_two_exposures_are_added_up(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,8 +55,8 @@ _MOST_SHIFT = 0.5
 _REACH = 4.5  # deviations from the expected level beyond which only stray pixels show
 
 
-class _Conditions(NamedTuple):
-    """Rows of a table that have counts, weighted as they enter the likelihood: J of them."""
+class Conditions(NamedTuple):
+    """The J rows of a table that have counts, weighted as they enter the likelihood."""
 
     upper: Indices
     """Edge above the level j of each, shape (J,); below it is the one before."""
@@ -100,7 +100,7 @@ class Comparagram:
     without, that of u and v."""
 
     @cached_property
-    def conditions(self) -> _Conditions:
+    def conditions(self) -> Conditions:
         """Rows as the likelihood takes them, the same for any curve."""
         upper = 1 + np.flatnonzero(self.counts[1:-1].any(axis=1))  # that of level j is edge j
         counts, trust = self.counts[upper], self.trust[upper]
@@ -112,7 +112,7 @@ class Comparagram:
         seen = counts.sum(axis=0)
         stray = STRAY * (seen + 1.0) / (seen.sum() + seen.size)
         far = float(seen @ np.log(stray))
-        return _Conditions(upper, counts, counts.sum(axis=1), n_pixels, trust, stray, far)
+        return Conditions(upper, counts, counts.sum(axis=1), n_pixels, trust, stray, far)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -364,15 +364,11 @@ class _Rows:
         near = sliding_window_view(edges, n_near)[self._first]
         self._distance = (near - self._mean[:, np.newaxis]) / self._deviation
         self._stray = sliding_window_view(given.stray, n_near + 1)[self._first]
-        self._counts = _windows(given.counts, n_near + 1)[self._row, self._first]
+        rows = np.arange(self._upper.size)
+        self._counts = _windows(given.counts, n_near + 1)[rows, self._first]
         shares = _differences(ndtr(self._distance))
         shares[:, -1] += 1.0
         self._shares = (1 - STRAY) * np.maximum(shares, 0.0) + self._stray
-
-    @property
-    def _row(self) -> Indices:
-        """Number of each row, shape (J,)."""
-        return np.arange(self._upper.size)
 
     @property
     def _edge(self) -> Indices:
@@ -423,7 +419,8 @@ class _Rows:
             edge[:, :-1].ravel(), beside.ravel(), n_inner - 1
         )
 
-        # What m and s² tell with each edge.
+        # What m and s² tell with each edge. Of einsum, a and b are m or s², j rows, k edges within
+        # reach and r what follows the edges.
         nearer = self._distance / (-2 * self._deviation)
         told = np.stack([-own, own * nearer])
         told[0, :, :-1] -= beside

@@ -239,23 +239,18 @@ def _pooled(tables: tuple[Comparagram, ...], log_exposures: Floats) -> tuple[Com
     for table in tables:
         step = log_exposures[table.longer] - log_exposures[table.shorter]
         groups.setdefault(round(step / _SAME_RATIO), []).append(table)
-    pooled = []
-    for first, *others in groups.values():
-        if not others:
-            pooled.append(first)
-            continue
-        alike = (first, *others)
-        n_pixels = np.stack([table.counts.sum(axis=1) for table in alike])
-        trusted = sum(n * table.trust for n, table in zip(n_pixels, alike, strict=True))
-        pooled.append(
-            replace(
-                first,
-                counts=sum(table.counts for table in others) + first.counts,
-                trust=trusted / np.maximum(n_pixels.sum(axis=0), 1e-9),
-                histogram=sum(table.histogram for table in others) + first.histogram,
-            )
-        )
-    return tuple(pooled)
+    return tuple(each[0] if len(each) == 1 else _added(each) for each in groups.values())
+
+
+def _added(tables: list[Comparagram]) -> Comparagram:
+    n_pixels = np.array([table.counts.sum(axis=1) for table in tables])
+    trusted = n_pixels * np.array([table.trust for table in tables])
+    return replace(
+        tables[0],
+        counts=np.sum([table.counts for table in tables], axis=0),
+        trust=trusted.sum(axis=0) / np.maximum(n_pixels.sum(axis=0), 1e-9),
+        histogram=np.sum([table.histogram for table in tables], axis=0),
+    )
 
 
 def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:
@@ -314,6 +309,7 @@ def _compared(
         kinds = np.flatnonzero(usable & grey), np.flatnonzero(usable & ~grey)
         for name, seen in histograms.items():
             n_levels = seen.shape[1]
+            # Cells of no more than 256 levels are counted by 16 bits.
             cell = b.levels[name].astype(np.uint16) * np.uint16(n_levels) + a.levels[name]
             counts = np.stack([np.bincount(cell[kind], minlength=n_levels**2) for kind in kinds])
             counts = counts.reshape(2, n_levels, n_levels)

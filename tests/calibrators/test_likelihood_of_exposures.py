@@ -27,8 +27,10 @@ from chartless.images import read_frame
 from chartless.log_slopes import measured_prior
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
+from chartless.posterior import maximise
 from chartless.response import Response, Status, rmse
 from chartless.simulate import simulate_frames
+from chartless.terms import ExposureTerm
 from chartless.types import Floats
 
 LEVELS = np.arange(256) / 255
@@ -121,6 +123,22 @@ def test_exact_exposures_give_the_curve_within_its_error_bars(name: str) -> None
     assert deviations(given).max() < 0.01
     assert given.flags == ()
     assert given.status is Status.CONVERGED
+
+
+@pytest.mark.parametrize("how", [{"error": 0.02}, {"said": None, "error": 1.0}], ids=str)
+@pytest.mark.parametrize("name", CURVES)
+def test_a_search_ends_where_little_is_left_to_gain(name: str, how: dict[str, Any]) -> None:
+    """Also where a scatter that is hardly there makes steps fail: 2.2 nats were left for film."""
+    given = LikelihoodSearch().search(exposures=bracket(name, **how))
+    (mode,) = given.modes
+    assert given.exposures is not None
+
+    terms = [ExposureTerm(given.exposures)]
+    further = maximise(terms, given.space, mode.state, hold_ratio=False, tolerance=1e-4)
+
+    assert further.settled
+    assert further.log_evidence - mode.log_evidence < 0.5
+    assert mode.steps < 10
 
 
 @pytest.mark.parametrize("name", CURVES)

@@ -17,7 +17,7 @@ from chartless.errors import CalibrationFileError, ParameterError
 from chartless.luts import FORMATS, ExportSettings, encode_response, import_response
 
 READ = [name for name, each in FORMATS.items() if each.is_read]
-N_CASES = 1600
+N_CASES = 1150
 """Of each format: more than 20,000 in all."""
 MOST_SECONDS, MOST_MEMORY = 20, 200e6
 NUMBERS = (
