@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -31,6 +32,16 @@ def test_text_stays_text_to_the_last_digit() -> None:
     texts = [each.text for each in drawn(draw).iter("text")]
 
     assert {"0.12345", "2.71828182", "a <b> & c"} <= set(texts)
+
+
+def test_threads_that_draw_at_once_do_not_mix_their_settings() -> None:
+    def draw(salt: str) -> str:
+        return str(inline_svg(lambda axes: axes.plot([0, 1]), SIZE, salt=salt))
+
+    salts = [f"salt {number}" for number in range(8)]
+    alone = [draw(salt) for salt in salts]
+    with ThreadPoolExecutor(8) as threads:
+        assert list(threads.map(draw, salts)) == alone
 
 
 def test_coordinates_are_rounded_where_nobody_sees_it() -> None:

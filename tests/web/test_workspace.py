@@ -295,6 +295,20 @@ class TestCalibrations:
         (tmp_path / "c.json").write_bytes(own.body)
         assert load(tmp_path / "c.json").channels
 
+    def test_a_calibration_given_opens_no_file_that_it_names(
+        self, client: Client, given: Client, frames: list[Path]
+    ) -> None:
+        key = given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"]
+        given.finished(key)
+        content = given.ask("GET", f"/api/cameras/{key}/camera.json").json
+        for each, path in zip(content["provenance"]["inputs"], frames, strict=True):
+            each["file"] = str(path)  # with its true digest
+        planted = client.put("planted.json", json.dumps(content).encode()).json["id"]
+
+        assert client.finished(planted)["state"] == "done"
+        page = client.ask("GET", f"/api/cameras/{planted}/report.html").body.decode()
+        assert "A frame before and after" not in page
+
     def test_several_are_compared(self, given: Client) -> None:
         keys = [
             given.ask("POST", "/api/cameras", {"method": "nlf", "channels": "luma"}).json["id"]

@@ -2,6 +2,7 @@
 
 import io
 import re
+import threading
 from collections.abc import Callable
 
 from markupsafe import Markup, escape
@@ -24,6 +25,7 @@ _PAINTS = {
     "#cccccc": "var(--faint, #cccccc)",
 }
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+_SETTINGS = threading.Lock()  # matplotlib's are those of all threads
 _DPI = 160  # of what is dense and therefore an image
 
 
@@ -48,7 +50,7 @@ def inline_svg(
     Markup
         Safe to stand in HTML: text is escaped, nothing is loaded.
     """
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": salt, "font.size": 10.5}):
+    with _SETTINGS, rc_context({"svg.fonttype": "none", "svg.hashsalt": salt, "font.size": 10.5}):
         figure = Figure(figsize=(size[0] / 72, size[1] / 72), layout="constrained")
         axes = figure.subplots()
         draw(axes)

@@ -70,7 +70,9 @@ def _done(task: "JsonObject", say: Say) -> "JsonObject":
     calibration = _calibration(task, say)
     save(calibration, results / "camera.json")
     say({"stage": "drawing the report", "share": 1.0})
-    save_report(calibration, results / "report.html", example_frame(calibration))
+    # A file that somebody gave may name any other: only of our own a frame is shown.
+    frame = example_frame(calibration) if "arguments" in task else None
+    save_report(calibration, results / "report.html", frame)
     judged = verdict(calibration.channels)
     return {
         "grade": judged.grade.name.lower(),
