@@ -24,7 +24,25 @@ Report = Annotated[
         "--report", help="Report to write: one .html page, for people.", show_default=False
     ),
 ]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Exit with status 3 if the result is doubtful.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines.")]
+
+
+def require_outputs(calibration: Path | None, report: Path | None) -> None:
+    """Refuse places where a calibration or its report cannot be written, before the work."""
+    if report is not None:
+        from chartless.report import require_page
+
+        require_page(report)
+        if calibration is not None and calibration.resolve() == report.resolve():
+            msg = f"{calibration} cannot be calibration and report at once: name another --report"
+            raise ParameterError(msg)
+    if calibration is not None:
+        from chartless._files import require_writable
+
+        require_writable(calibration)
 
 
 def parse_pair(text: str) -> tuple[float, float]:

@@ -5,7 +5,16 @@ from typing import Annotated, Any
 
 import typer
 
-from chartless.cli._options import AsJson, Jobs, Report, Scheduler, parse_pair, parse_times
+from chartless.cli._options import (
+    AsJson,
+    Jobs,
+    Report,
+    Scheduler,
+    Strict,
+    parse_pair,
+    parse_times,
+    require_outputs,
+)
 from chartless.cli._terminal import (
     FLAGGED,
     print_exposures,
@@ -148,9 +157,7 @@ def calibrate(
     seed: Annotated[  # noqa: ARG001 - part of the command's contract
         int, typer.Option(help="Seed for methods that draw random numbers; these do not.")
     ] = 0,
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Exit with status 3 if the result is doubtful.")
-    ] = False,
+    strict: Strict = False,
     report: Report = None,
     as_json: AsJson = False,
 ) -> int:
@@ -171,7 +178,6 @@ def calibrate(
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
         chartless calibrate clip.mp4 -o camera.json
     """
-    from chartless._files import require_writable
     from chartless.calibration_file import save, to_json
     from chartless.sequence import expanded
     from chartless.workflow import calibrate as calibrate_camera
@@ -187,18 +193,12 @@ def calibrate(
         "tolerance": tolerance,
     }
     target = output or (None if as_json else Path("camera.json"))
-    if report is not None:
-        from chartless.report import require_page
-
-        require_page(report)
-        if target is not None and target.resolve() == report.resolve():
-            msg = f"{target} cannot be calibration and report at once: name another --report"
-            raise ParameterError(msg)
-    if target is not None:
-        require_writable(target)
-        if target.resolve() in {frame.resolve() for frame in (*frames, *(raw or ()))}:
-            msg = f"{target} is one of the frames and would be overwritten: choose another output"
-            raise ParameterError(msg)
+    require_outputs(target, report)
+    if target is not None and target.resolve() in {
+        frame.resolve() for frame in (*frames, *(raw or ()))
+    }:
+        msg = f"{target} is one of the frames and would be overwritten: choose another output"
+        raise ParameterError(msg)
     with progress_bar() as progress:
         calibration = calibrate_camera(
             frames,

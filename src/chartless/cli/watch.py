@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chartless.cli._options import AsJson, Report
+from chartless.cli._options import AsJson, Report, Strict, require_outputs
 from chartless.cli._terminal import FLAGGED, print_json, print_summary, remark, write_report
 from chartless.errors import ParameterError, UnfitFramesError
 
@@ -49,9 +49,7 @@ def watch(
         int, typer.Option(min=10, help="Keep so many pairs of frames and forget older ones.")
     ] = 100,
     channels: Annotated[str, typer.Option(help="auto (luma), rgb or luma.")] = "auto",
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Exit with status 3 if the result is doubtful.")
-    ] = False,
+    strict: Strict = False,
     report: Report = None,
     as_json: AsJson = False,
 ) -> int:
@@ -72,7 +70,10 @@ def watch(
     from chartless.live import LiveEvidence, is_enough, live_calibration
 
     _require_camera(device)
-    _require_places(device, output, report)
+    require_outputs(output, report)
+    if output is not None and output.resolve() == device.resolve():
+        msg = f"{output} is the video and would be overwritten: choose another output"
+        raise ParameterError(msg)
     live = LiveEvidence(channels=channels, window=window)
     sha256 = digest(device) if device.is_file() else ""  # a camera has none
     why = "the video ended"
@@ -106,25 +107,6 @@ def _require_camera(device: Path) -> None:
 
     if not is_video(device):
         msg = f"{device} is neither a video nor a camera such as /dev/video0: name one"
-        raise ParameterError(msg)
-
-
-def _require_places(device: Path, output: Path | None, report: Path | None) -> None:
-    """Refuse places where nothing can be written, before work goes into it."""
-    from chartless._files import require_writable
-
-    if report is not None:
-        from chartless.report import require_page
-
-        require_page(report)
-    if output is None:
-        return
-    require_writable(output)
-    if report is not None and output.resolve() == report.resolve():
-        msg = f"{output} cannot be calibration and report at once: name another --report"
-        raise ParameterError(msg)
-    if output.resolve() == device.resolve():
-        msg = f"{output} is the video and would be overwritten: choose another output"
         raise ParameterError(msg)
 
 

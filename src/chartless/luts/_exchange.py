@@ -127,15 +127,7 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
         if _is_own(source):
             msg = f"{path}: is a calibration of chartless already: use it as it is"
         raise CalibrationFileError(msg)
-    try:
-        return found.decode(source)
-    except ChartlessError:
-        raise
-    except _DAMAGE as error:
-        what = f"no {error}" if isinstance(error, KeyError) else str(error)
-        what = " ".join(what.split())[:160]
-        msg = f"{path}: not a sound {found.title} file: {what}"
-        raise CalibrationFileError(msg) from error
+    return _decoded(found, source)
 
 
 def load_calibration(path: str | os.PathLike[str]) -> Calibration:
@@ -146,7 +138,12 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
     CalibrationFileError
         As `import_response` and `chartless.calibration_file.load` do.
     """
-    return import_response(path) if is_foreign(path) else load(path)
+    try:
+        source = Source.read(Path(path))
+    except CalibrationFileError:  # our own may be larger, and say more clearly what is wrong
+        return load(path)
+    found = recognised(source)
+    return load(path) if found is None else _decoded(found, source)
 
 
 def is_foreign(path: str | os.PathLike[str]) -> bool:
@@ -165,6 +162,18 @@ def recognised(source: Source) -> AbstractFormat | None:
         if each.is_read and each.recognises(source):
             return each
     return None
+
+
+def _decoded(found: AbstractFormat, source: Source) -> Calibration:
+    try:
+        return found.decode(source)
+    except ChartlessError:
+        raise
+    except _DAMAGE as error:
+        what = f"no {error}" if isinstance(error, KeyError) else str(error)
+        what = " ".join(what.split())[:160]
+        msg = f"{source.path}: not a sound {found.title} file: {what}"
+        raise CalibrationFileError(msg) from error
 
 
 def _is_own(source: Source) -> bool:

@@ -82,12 +82,13 @@ class Guard:
             return PlainTextResponse("This is not the address that was printed.", 421)
         site = headers.get("sec-fetch-site", "none")
         goes = headers.get("sec-fetch-mode") == "navigate" and scope["path"] == "/"
-        if site in _FOREIGN and not (goes and scope["method"] in _SAFE):
-            return PlainTextResponse("Only the page itself may ask this.", 403)
         origin = headers.get("origin")
-        if origin is not None and origin.partition("://")[2] != host:
-            return PlainTextResponse("Only the page itself may ask this.", 403)
-        if scope["method"] not in _SAFE and HEADER not in headers:
+        is_safe = scope["method"] in _SAFE
+        if (
+            (site in _FOREIGN and not (goes and is_safe))
+            or (origin is not None and origin.partition("://")[2] != host)
+            or (not is_safe and HEADER not in headers)
+        ):
             return PlainTextResponse("Only the page itself may ask this.", 403)
         return None
 
