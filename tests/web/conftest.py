@@ -13,9 +13,17 @@ from chartless.web import Limits
 
 
 @pytest.fixture(scope="module")
-def nobody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the server that tests share."""
+    folder = tmp_path_factory.mktemp("server") / "desk"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def nobody(desk: Path) -> Iterator[Client]:
     """A client of which the server knows nothing."""
-    with serving(tmp_path_factory.mktemp("desk")) as client:
+    with serving(desk, limits=Limits(sessions=1000)) as client:
         yield client
 
 
@@ -25,12 +33,21 @@ def client(nobody: Client) -> Client:
     return Client(nobody.port).begin()
 
 
-@pytest.fixture
-def strict_client(tmp_path: Path) -> Iterator[Client]:
-    """A browser that may give three files of 200 kB, 500 kB in all."""
+@pytest.fixture(scope="module")
+def strict_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """A server that takes three files of 200 kB from a browser, 500 kB in all."""
     limits = Limits(file_bytes=200_000, total_bytes=500_000, files=3, cameras=2)
-    with serving(tmp_path, limits=limits) as client:
-        yield client.begin()
+    with serving(tmp_path_factory.mktemp("strict"), limits=limits) as client:
+        yield client
+
+
+@pytest.fixture
+def strict_client(strict_server: Client) -> Iterator[Client]:
+    """A browser with an empty workspace there."""
+    client = Client(strict_server.port).begin()
+    yield client
+    for camera in client.state["cameras"]:
+        client.ask("DELETE", f"/api/cameras/{camera['id']}")
 
 
 @pytest.fixture(scope="session")

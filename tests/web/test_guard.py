@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from web_client import Client, serving
 
+from chartless.web import _page
+
 CHANGES = [
     ("POST", "/api/session"),
     ("PUT", "/api/files?name=a.png"),
@@ -84,6 +86,22 @@ def test_every_answer_tells_the_browser_what_it_may_do(client: Client, path: str
     assert headers["x-content-type-options"] == "nosniff"
     assert headers["cache-control"] == "no-store"
     assert headers["cross-origin-resource-policy"] == "same-origin"
+
+
+def test_so_does_the_answer_to_what_went_wrong(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail() -> str:
+        msg = "<b>oh"
+        raise KeyError(msg)
+
+    monkeypatch.setattr(_page, "document", fail)
+    answer = client.ask("GET", "/")
+
+    assert answer.status == 500
+    assert "please report it" in answer.error
+    assert "default-src 'none'" in answer.headers["content-security-policy"]
+    assert answer.headers["content-type"] == "application/json"
 
 
 def test_cookies_are_of_no_use_to_scripts_or_other_sites(nobody: Client) -> None:

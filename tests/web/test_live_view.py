@@ -1,5 +1,7 @@
 """Frames that a browser takes from its camera."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from web_client import Client
@@ -18,13 +20,19 @@ def luma(n_frames: int) -> list[bytes]:
     return [levels.tobytes() for levels in frames]
 
 
+def begun(client: Client) -> str:
+    """Address of a new live view."""
+    answer = client.ask("POST", "/api/live")
+    assert answer.status == 201
+    return f"/api/live/{answer.json['id']}"
+
+
 def test_frames_in_curve_out(client: Client) -> None:
-    assert client.ask("POST", "/api/live").status == 204
+    view = begun(client)
     answers = [
-        client.ask("POST", f"/api/live/frames?{SHAPE}&until=0.1", content).json
-        for content in luma(14)
+        client.ask("POST", f"{view}/frames?{SHAPE}&until=0.1", content).json for content in luma(14)
     ]
-    saved = client.ask("POST", "/api/live/save").json["id"]
+    saved = client.ask("POST", f"{view}/save").json["id"]
 
     assert "no two frames are still" in answers[0]["note"]
     assert not answers[0]["is_enough"]
@@ -44,18 +52,40 @@ def test_frames_in_curve_out(client: Client) -> None:
 def test_a_new_start_forgets(client: Client) -> None:
     frames = luma(3)
     for _ in range(2):
-        client.ask("POST", "/api/live")
+        view = begun(client)
         answers = [
-            client.ask("POST", f"/api/live/frames?{SHAPE}&until=0", each).json for each in frames
+            client.ask("POST", f"{view}/frames?{SHAPE}&until=0", each).json for each in frames
         ]
         assert answers[-1]["counts"].startswith("3 frames, 2 used")
 
 
 def test_before_the_camera_was_started(client: Client) -> None:
-    assert client.ask("POST", f"/api/live/frames?{SHAPE}&until=0", luma(2)[0]).status == 404
-    assert client.ask("POST", "/api/live/save").status == 404
-    client.ask("POST", "/api/live")
-    assert "there are no frames yet" in client.ask("POST", "/api/live/save").error
+    view = "/api/live/1"
+    assert client.ask("POST", f"{view}/frames?{SHAPE}&until=0", luma(2)[0]).status == 404
+    assert client.ask("POST", f"{view}/save").status == 404
+    assert "there are no frames yet" in client.ask("POST", f"{begun(client)}/save").error
+
+
+def test_two_pages_of_one_browser_do_not_mix_their_frames(client: Client) -> None:
+    frames = luma(3)
+    first, second = begun(client), begun(client)
+    for each in frames:
+        assert client.ask("POST", f"{first}/frames?{SHAPE}&until=0", each).status == 404
+    answers = [client.ask("POST", f"{second}/frames?{SHAPE}&until=0", each) for each in frames]
+
+    assert answers[-1].json["counts"].startswith("3 frames, 2 used")
+
+
+def test_frames_at_once_are_read_one_after_the_other(client: Client) -> None:
+    """A page sends the next when the last was counted; who sends more holds no more memory."""
+    view, (one, other) = begun(client), luma(2)
+    path = f"{view}/frames?{SHAPE}&until=0"
+    with ThreadPoolExecutor(20) as threads:
+        answers = list(threads.map(lambda each: client.ask("POST", path, each), 10 * [one, other]))
+
+    assert {each.status for each in answers} == {200}
+    numbers = [int(each.json["counts"].split()[0]) for each in answers]
+    assert sorted(numbers) == list(range(1, 21))
 
 
 @pytest.mark.parametrize(
@@ -74,20 +104,16 @@ def test_before_the_camera_was_started(client: Client) -> None:
 def test_frames_that_are_not_what_they_say(
     client: Client, query: str, content: bytes, status: int
 ) -> None:
-    client.ask("POST", "/api/live")
-
-    answer = client.ask("POST", f"/api/live/frames?{query}", content)
+    answer = client.ask("POST", f"{begun(client)}/frames?{query}", content)
 
     assert answer.status == status or (status == 413 and answer.status == 422)
     assert answer.error
 
 
 def test_a_camera_that_changes_its_size(client: Client) -> None:
-    client.ask("POST", "/api/live")
-    client.ask("POST", f"/api/live/frames?{SHAPE}&until=0", luma(2)[0])
-    answer = client.ask(
-        "POST", "/api/live/frames?width=2&height=2&kind=luma&full=1&until=0", b"1234"
-    )
+    view = begun(client)
+    client.ask("POST", f"{view}/frames?{SHAPE}&until=0", luma(2)[0])
+    answer = client.ask("POST", f"{view}/frames?width=2&height=2&kind=luma&full=1&until=0", b"1234")
 
     assert answer.status == 422
     assert "320" in answer.error

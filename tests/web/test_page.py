@@ -1,6 +1,7 @@
 """The page in a browser, as people use it."""
 
 import base64
+import itertools
 import json
 import time
 from collections.abc import Callable, Iterator
@@ -151,6 +152,40 @@ def test_a_wrong_file_is_explained(visit: Callable[..., Page], tmp_path: Path) -
     assert page.locator("#uploads li").count() == 0
 
 
+def test_of_many_wrong_files_some_are_explained(
+    visit: Callable[..., Page], frames: list[Path], tmp_path: Path
+) -> None:
+    page = visit()
+    for number in range(8):
+        (tmp_path / f"{number}.txt").write_text("these are no pictures")
+    drop(page, [*sorted(tmp_path.glob("*.txt")), frames[0]])
+    page.wait_for_selector("#message:not([hidden])")
+
+    lines = page.inner_text("#message").splitlines()
+    assert [line[:6] for line in lines[:-1]] == [f"{number}.txt:" for number in range(5)]
+    assert lines[-1] == "And 3 more."
+    assert page.locator("#uploads li").count() == 1
+
+
+def test_an_option_that_is_refused_can_be_mended(
+    visit: Callable[..., Page], frames: list[Path]
+) -> None:
+    page = visit()
+    drop(page, frames)
+    page.wait_for_selector("#uploads li:nth-child(2)")
+    page.click("summary")
+    page.fill("[name=times]", "1, zwei")
+    page.click("#calibrate")
+    page.wait_for_selector("#message:not([hidden])")
+
+    assert "zwei" in page.inner_text("#message")
+    page.fill("[name=times]", "")
+    page.select_option("[name=method]", "nlf")
+    page.dblclick("#calibrate")
+    page.wait_for_selector("#report svg")
+    assert page.locator("#cameras li").count() == 1
+
+
 def test_frames_that_tell_nothing_are_explained(
     visit: Callable[..., Page], frames: list[Path], tmp_path: Path
 ) -> None:
@@ -255,27 +290,116 @@ def test_curves_are_compared(
     assert sample.name in page.inner_text("#report table")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 390])
-def test_axe_finds_no_fault(
-    visit: Callable[..., Page], frames: list[Path], width: int, scheme: str
+def test_the_way_back_leads_to_what_was_shown_before(
+    visit: Callable[..., Page], frames: list[Path]
 ) -> None:
+    page = calibrated(visit(), frames)
+    first = page.inner_text("#shown-title")
+    page.select_option("[name=model]", "gumbel4")
+    page.wait_for_selector("#failed:not([hidden])")
+    page.select_option("[name=model]", "")
+    until(page, "document.querySelectorAll('#cameras input').length == 2")
+    for tick in page.locator("#cameras input").all():
+        tick.check()
+    page.click("#compare")
+    page.wait_for_selector("#report table")
+    assert page.inner_text("#shown-title") == "Comparison"
+    page.reload()
+    page.wait_for_selector("#report table")
+    assert page.inner_text("#shown-title") == "Comparison"
+    assert all(tick.is_checked() for tick in page.locator("#cameras input").all())
+
+    titles = []
+    for _ in range(3):
+        page.evaluate("history.back()")
+        page.wait_for_timeout(200)
+        titles.append(page.inner_text("#shown-title"))
+    assert titles == [first, f"{first[: -len(', nlf')]}, nlf, gumbel4", first]
+    page.evaluate("history.back()")
+    page.wait_for_selector("#welcome:not([hidden])")
+
+
+def test_the_focus_stays(visit: Callable[..., Page], frames: list[Path]) -> None:
+    """Rows are drawn anew while somebody goes through them with the keyboard."""
+    page = calibrated(visit(), frames)
+    page.focus("#cameras input")
+    page.keyboard.press("Space")
+    assert page.evaluate("document.activeElement.type") == "checkbox"
+    assert page.is_checked("#cameras input")
+
+    page.focus("#uploads li:first-child select")
+    page.keyboard.type("lens")
+    until(page, "fetch('api/state').then(it => it.json()).then(it => it.files[0].role == 'dark')")
+    page.wait_for_timeout(200)
+    assert page.evaluate("document.activeElement.value") == "dark"
+
+    page.focus("#uploads li:first-child button")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#uploads li:nth-child(2)", state="detached")
+    assert page.evaluate("document.activeElement.title") == "Remove shot_2.png"
+
+
+def test_on_paper_is_the_report(visit: Callable[..., Page], frames: list[Path]) -> None:
+    page = calibrated(visit(), frames)
+    page.emulate_media(media="print")
+
+    for part in ("#drop", "#options", "#cameras", "#take", "#live-start"):
+        assert page.locator(part).is_hidden(), part
+    for part in ("#shown-title", "#verdict-first .verdict", "#report #response svg"):
+        assert page.locator(part).is_visible(), part
+
+
+def test_a_calibration_that_means_harm_is_text(
+    visit: Callable[..., Page], frames: list[Path], tmp_path: Path
+) -> None:
+    page = calibrated(visit(), frames)
+    with page.expect_download() as given:
+        page.click("#json")
+    content = json.loads(given.value.path().read_text())
+    harm = "<img src=x onerror=alert(1)><script>alert(2)</script>$\\frac$"
+    content["method"] = harm
+    known = content["provenance"]
+    known["remarks"] = [harm, "long " * 50_000]
+    known["settings"] = {harm: harm}
+    known["inputs"][0]["file"] = f"/{harm}.png"
+    file = tmp_path / f"{harm.replace('/', '')}.json"
+    file.write_text(json.dumps(content))
+    drop(page, [file])
+    page.wait_for_selector("#cameras li:nth-child(2)")
+    until(page, "document.querySelectorAll('#cameras input').length == 2")
+    page.wait_for_selector("#report svg")
+
+    harmful = "document.querySelectorAll('[onerror], [src=x], main script').length"
+    assert "onerror" in page.inner_text("#report")
+    assert page.evaluate(harmful) == 0
+    for tick in page.locator("#cameras input").all():
+        tick.check()
+    page.click("#compare")
+    page.wait_for_selector("#report table")
+    assert "onerror" in page.inner_text("#report")
+    assert page.evaluate(harmful) == 0
+
+
+def test_axe_finds_no_fault(visit: Callable[..., Page], frames: list[Path]) -> None:
     axe = pytest.importorskip(
         "axe_playwright_python.sync_playwright",
         reason="no axe-core: pip install 'chartless[browser]'",
     )
-    page = visit(viewport={"width": width, "height": 844}, color_scheme=scheme, bypass_csp=True)
+    page = visit(bypass_csp=True)
 
-    def faults() -> list[tuple[str, str]]:
-        found = axe.Axe().run(page).response
-        assert len(found["passes"]) > 15
-        return [(each["id"], each["impact"]) for each in found["violations"]]
+    def require_no_faults() -> None:
+        for width, scheme in itertools.product((1280, 390), ("light", "dark")):
+            page.set_viewport_size({"width": width, "height": 844})
+            page.emulate_media(color_scheme=scheme)
+            found = axe.Axe().run(page).response
+            assert len(found["passes"]) > 15
+            assert [(each["id"], each["impact"]) for each in found["violations"]] == []
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
 
-    assert faults() == []
+    require_no_faults()
     calibrated(page, frames)
     page.click("summary")
-    assert faults() == []
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    require_no_faults()
 
 
 def test_the_keyboard_does_it_all(visit: Callable[..., Page], frames: list[Path]) -> None:
@@ -390,6 +514,45 @@ def test_the_camera_is_watched(
     truth = named_curve("srgb").inverse(level / 255)
     truth = (truth - truth[0]) / (truth[-1] - truth[0])
     assert np.sqrt(np.mean((np.array(channel["inverse_lut"]) - truth) ** 2)) < 0.05
+    browser.close()
+
+
+def test_a_camera_that_cannot_be_used_after_all_is_let_go(
+    launch: Callable[..., Browser], server: Client
+) -> None:
+    browser = launch("--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream")
+    page = browser.new_page()
+    page.set_default_timeout(LONG)
+    page.add_init_script(
+        """
+        window.tracks = [];
+        const media = navigator.mediaDevices, ask = media.getUserMedia.bind(media);
+        media.getUserMedia = async (...given) => {
+          const stream = await ask(...given);
+          window.tracks.push(...stream.getTracks());
+          return stream;
+        };
+        """
+    )
+    page.goto(f"http://127.0.0.1:{server.port}/")
+    page.wait_for_load_state("networkidle")
+    page.route("**/api/live", lambda route: route.abort())
+    page.click("#live-start")
+    page.wait_for_selector("#message:not([hidden])")
+    assert page.evaluate("tracks.map(each => each.readyState)") == ["ended"]
+    assert page.locator("#live").is_hidden()
+
+    page.unroute("**/api/live")
+    page.click("#live-start")
+    page.wait_for_selector("#live:not([hidden])")
+    page.click("#live-start")
+    until(page, "tracks.length == 3")
+    until(page, "!document.getElementById('live-start').disabled")
+    assert page.evaluate("tracks.map(each => each.readyState)") == ["ended", "ended", "live"]
+    page.evaluate("tracks[2].dispatchEvent(new Event('ended'))")
+    page.wait_for_selector("#message:not([hidden])")
+    assert "camera has stopped" in page.inner_text("#message")
+    assert page.locator("#live").is_hidden()
     browser.close()
 
 

@@ -1,6 +1,8 @@
 """``chartless serve`` as a program: how it starts, and that nothing is left when it ends."""
 
 import contextlib
+import io
+import json
 import os
 import re
 import signal
@@ -9,11 +11,16 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from web_client import PATIENCE, Client
+
+from chartless.web import _janitor
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX systems")
 
@@ -109,15 +116,109 @@ def test_it_says_where_the_page_is_and_listens_there_alone(start: Start) -> None
     assert f"00000000:{port}" not in listening
 
 
+@pytest.mark.skipif(not socket.has_ipv6, reason="no IPv6 here")
+def test_an_address_of_the_next_kind(start: Start) -> None:
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        pytest.skip("no IPv6 here")
+    server = start("--host", "::1")
+    found = re.fullmatch(r"page at (http://\[::1\]:\d+/)\n", server.line)
+    assert found
+
+    with urllib.request.urlopen(found[1], timeout=PATIENCE) as answer:
+        assert b"<title>chartless</title>" in answer.read()
+
+
 def test_another_address_takes_a_token(start: Start) -> None:
     server = start("--host", "0.0.0.0")
-    token = re.search(r"\?token=([\w-]{20,})", server.line)
-    assert token is not None
-    client = Client(int(server.line.split(":")[2].split("/")[0]))
+    found = re.search(r"http://(.+):(\d+)/\?token=([\w-]{20,})", server.line)
+    assert found is not None
+    name, port, token = found.groups()
+    client = Client(int(port))
 
+    assert name != "0.0.0.0"
+    socket.create_connection((name, int(port))).close()
     assert client.ask("GET", "/").status == 403
-    assert client.ask("GET", f"/?token={token[1]}").status == 303
+    assert client.ask("GET", f"/?token={token}").status == 303
     assert client.ask("GET", "/").status == 200
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_what_is_sent_takes_no_memory_of_the_server(start: Start) -> None:
+    """A picture in 1 kB that is decoded to tell its size, bytes of nothing, a table of 72 MB."""
+    server = start()
+    client = server.client
+    client.put("a.txt", b"no picture")
+    others = list(workers(server.folder))
+    before = peak_kilobytes(server.process.pid), sum(map(peak_kilobytes, others))
+    picture = io.BytesIO()
+    Image.fromarray(np.zeros((4_000, 4_000), np.uint8)).save(picture, "JPEG2000")
+    assert client.put("a.jp2", picture.getvalue()).status == 201
+    assert client.put("a.bin", bytes(50_000_000)).status == 422
+
+    key = client.put("table.json", calibration_of_levels(3000)).json["id"]
+    assert client.finished(key)["error"] == ""
+    assert client.ask("GET", f"/api/cameras/{key}/export/cube").status == 200
+    assert client.ask("GET", f"/api/comparison?cameras={key}").status == 200
+
+    assert sum(map(peak_kilobytes, others)) - before[1] > 60_000
+    assert peak_kilobytes(server.process.pid) - before[0] < 30_000
+
+
+def calibration_of_levels(n_levels: int) -> bytes:
+    """A small file of ours with pairs of so many levels, of which each is seen once."""
+    entry = {
+        "name": "Y",
+        "parameters": None,
+        "inverse_lut": np.linspace(0, 1, n_levels).tolist(),
+        "inverse_lut_std": None,
+        "noise": None,
+        "observed_levels": [0, n_levels - 1],
+        "pairs": n_levels,
+        "status": "converged",
+        "flags": [],
+        "cooccurrence": {"first": list(range(n_levels)), "counts": [[1]] * n_levels},
+    }
+    content = {
+        "format": "chartless-calibration",
+        "version": 1,
+        "bit_depth": 16,
+        "levels": n_levels,
+        "method": "nlf",
+        "model": None,
+        "channels": [entry],
+        "provenance": {},
+    }
+    return json.dumps(content).encode()
+
+
+def peak_kilobytes(process: int) -> int:
+    """Memory that a process had at most."""
+    found = re.search(r"VmHWM:\s+(\d+) kB", Path(f"/proc/{process}/status").read_text())
+    assert found
+    return int(found[1])
+
+
+def test_headers_without_end(start: Start) -> None:
+    server = start()
+    with socket.create_connection(("127.0.0.1", server.client.port), PATIENCE) as connection:
+        connection.sendall(b"GET / HTTP/1.1\r\n")
+        with contextlib.suppress(ConnectionError):
+            for number in range(100_000):
+                connection.sendall(f"X-{number}: {'x' * 1000}\r\n".encode())
+            pytest.fail("100 MB of headers were taken")
+
+    assert server.client.ask("GET", "/").status == 200
+
+
+def test_many_connections_that_say_nothing(start: Start) -> None:
+    client = start().client
+    with contextlib.ExitStack() as opened:
+        for _ in range(300):
+            opened.enter_context(socket.create_connection(("127.0.0.1", client.port)))
+
+        assert client.ask("GET", "/").status == 200
 
 
 @pytest.mark.slow
@@ -213,3 +314,21 @@ def test_its_help_has_examples() -> None:
     run = subprocess.run([*_PROGRAM, "serve", "--help"], capture_output=True, text=True, check=True)
 
     assert "chartless serve --port 8000 --no-browser" in run.stdout
+
+
+def test_the_folder_goes_even_if_others_remove_parts_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "desk"
+    (folder / "files").mkdir(parents=True)
+    remove = os.rmdir
+
+    def disturbed(path: str, **settings: int | None) -> None:
+        monkeypatch.setattr(os, "rmdir", remove)
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(os, "rmdir", disturbed)
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    _janitor.main(str(folder))
+
+    assert not folder.exists()

@@ -19,8 +19,8 @@ def serve(
 ) -> None:
     """Open a page on which frames become curves.
 
-    The page is this computer's own: nothing leaves it, and nobody else gets in. Stop it with
-    Ctrl-C; then its files are removed.
+    Nothing leaves this computer, and each browser sees its own files alone. Stop it with Ctrl-C;
+    then they are removed.
 
     \b
     Example:

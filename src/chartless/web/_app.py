@@ -1,21 +1,17 @@
 """What each address of the page does."""
 
 import asyncio
-import io
 import json
 import secrets
 import time
-import zipfile
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import quote
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
-from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
@@ -44,7 +40,7 @@ def make_app(
     hosts: frozenset[str] | None,
     token: str | None = None,
     limits: Limits | None = None,
-) -> Starlette:
+) -> Guard:
     """Make the application that answers the page's requests.
 
     Parameters
@@ -62,7 +58,7 @@ def make_app(
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
-        desk.workers.start()
+        await desk.workers.start()
         yield
         await desk.close()
 
@@ -75,7 +71,7 @@ def make_app(
     async def session(request: Request) -> Response:
         return desk.begin(request)
 
-    return Starlette(
+    app = Starlette(
         routes=[
             Route("/", _index, methods=["GET"]),
             Route("/page.js", _script, methods=["GET"]),
@@ -94,26 +90,27 @@ def make_app(
             route("/api/cameras/{camera}/export/{format}", _export, "GET"),
             route("/api/comparison", _comparison, "GET"),
             route("/api/live", _begin_live, "POST"),
-            route("/api/live/frames", _add_live_frame, "POST"),
-            route("/api/live/save", _save_live, "POST"),
+            route("/api/live/{view}/frames", _add_live_frame, "POST"),
+            route("/api/live/{view}/save", _save_live, "POST"),
         ],
-        middleware=[Middleware(Guard, hosts=hosts, token=token, cookie=f"chartless-token-{port}")],
         exception_handlers={
             LimitError: _too_much,
             ChartlessError: _bad_input,
+            OSError: _impossible,
             ClientDisconnect: _gone,
             HTTPException: _http_error,
             Exception: _internal,
         },
         lifespan=lifespan,
     )
+    return Guard(app, hosts=hosts, token=token, cookie=f"chartless-token-{port}")
 
 
 class _Desk:
     """The workspaces of all browsers."""
 
     def __init__(self, folder: Path, limits: Limits, cookie: str) -> None:
-        self.workers = Workers(folder)
+        self.workers = Workers(folder, limits.worker_bytes)
         self._folder = folder
         self._limits = limits
         self._cookie = cookie
@@ -125,10 +122,7 @@ class _Desk:
         if cookie_of(request.scope, self._cookie) in self._workspaces:
             return JSONResponse({"new": False})
         if len(self._workspaces) >= self._limits.sessions:
-            oldest = min(self._workspaces, key=lambda key: self._workspaces[key].last_used)
-            closing = asyncio.create_task(self._workspaces.pop(oldest).close())
-            self._closing.add(closing)
-            closing.add_done_callback(self._closing.discard)
+            self._forget_one()
         key = secrets.token_urlsafe(32)
         place = self._folder / secrets.token_hex(8)
         self._workspaces[key] = Workspace(
@@ -137,6 +131,22 @@ class _Desk:
         answer = JSONResponse({"new": True})
         answer.set_cookie(self._cookie, key, httponly=True, samesite="strict")
         return answer
+
+    def _forget_one(self) -> None:
+        """Close the workspace that was quiet longest; raises LimitError if none was for long."""
+        latest = time.monotonic() - self._limits.quiet_seconds
+        quiet = {
+            key: each.last_used
+            for key, each in self._workspaces.items()
+            if each.last_used <= latest and not each.is_busy
+        }
+        if not quiet:
+            msg = "as many browsers as this page takes are at work: try again later"
+            raise LimitError(msg)
+        quietest = self._workspaces.pop(min(quiet, key=quiet.__getitem__))
+        closing = asyncio.create_task(quietest.close())
+        self._closing.add(closing)
+        closing.add_done_callback(self._closing.discard)
 
     def workspace(self, request: Request) -> Workspace:
         """Workspace of the browser that asks."""
@@ -147,7 +157,7 @@ class _Desk:
         return found
 
     async def close(self) -> None:
-        for workspace in self._workspaces.values():
+        for workspace in list(self._workspaces.values()):
             await workspace.close()
         await self.workers.stop()
 
@@ -219,69 +229,42 @@ async def _report(request: Request, workspace: Workspace) -> Response:
 async def _export(request: Request, workspace: Workspace) -> Response:
     """A file of another program; the header X-Lost says what it does not hold."""
     camera = _finished(workspace, request.path_params["camera"])
-    name, content, lost = await asyncio.to_thread(_exported, camera, request.path_params["format"])
+    name, content, lost = await workspace.export(camera, request.path_params["format"])
     headers = {"content-disposition": f'attachment; filename="{name}"', "x-lost": quote(lost)}
     return Response(content, media_type="application/octet-stream", headers=headers)
-
-
-def _exported(camera: Camera, name: str) -> tuple[str, bytes, str]:
-    """Name and content of a file, of several a ZIP archive, and what was lost."""
-    from chartless.calibration_file import load
-    from chartless.luts import FORMATS, ExportSettings, export_response
-
-    with TemporaryDirectory(dir=camera.folder) as folder:
-        target = Path(folder) / f"camera{FORMATS[name].suffix}"
-        settings = ExportSettings(size=camera.pixels)
-        lost, written = export_response(load(camera.folder / "camera.json"), target, name, settings)
-        if len(written) == 1:
-            return target.name, target.read_bytes(), lost
-        packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in written:
-                archive.write(path, path.name)
-        return f"camera-{name}.zip", packed.getvalue(), lost
 
 
 async def _comparison(request: Request, workspace: Workspace) -> Response:
     """Curves of several cameras in one figure, as a part of a page."""
     chosen = request.query_params.get("cameras", "").split(",")
-    cameras = [_finished(workspace, key) for key in chosen]
-    named = {each.id: (each.title, each.folder / "camera.json") for each in cameras}
-    part = await asyncio.to_thread(_compared, list(named.values()))
-    return Response(part, media_type="text/html")
-
-
-def _compared(named: list[tuple[str, Path]]) -> str:
-    from chartless.calibration_file import load
-    from chartless.report import comparison
-
-    return comparison([(title, load(path)) for title, path in named])
+    cameras = [_finished(workspace, key) for key in dict.fromkeys(chosen)]
+    return Response(await workspace.compare(cameras), media_type="text/html")
 
 
 async def _begin_live(_: Request, workspace: Workspace) -> Response:
     workspace.live = LiveView()
-    return Response(status_code=204)
+    return JSONResponse({"id": workspace.live.id}, 201)
 
 
 async def _add_live_frame(request: Request, workspace: Workspace) -> Response:
     shape, until = _live_shape(request)
-    content = await _content(request, shape.n_bytes)
-    view = _live(workspace)
-    async with view.lock:
+    view = _live(request, workspace)
+    async with view.lock:  # before the frame is read, so that there is never more than one
+        content = await _content(request, shape.n_bytes)
         return JSONResponse(await asyncio.to_thread(view.add, content, shape, until))
 
 
-async def _save_live(_: Request, workspace: Workspace) -> Response:
-    view = _live(workspace)
+async def _save_live(request: Request, workspace: Workspace) -> Response:
+    view = _live(request, workspace)
     async with view.lock:
         calibration = await asyncio.to_thread(view.calibration)
     camera = workspace.keep("camera, live", to_text(calibration))
     return JSONResponse({"id": camera.id}, 202)
 
 
-def _live(workspace: Workspace) -> LiveView:
-    if workspace.live is None:
-        raise HTTPException(404, "There is no live view: start the camera.")
+def _live(request: Request, workspace: Workspace) -> LiveView:
+    if workspace.live is None or workspace.live.id != request.path_params["view"]:
+        raise HTTPException(404, "The camera was started anew, or not at all: start it here.")
     return workspace.live
 
 
@@ -338,6 +321,11 @@ async def _too_much(_: Request, error: Exception) -> Response:
 
 async def _bad_input(_: Request, error: Exception) -> Response:
     return _error(422, str(error))
+
+
+async def _impossible(_: Request, error: Exception) -> Response:
+    what = error.strerror if isinstance(error, OSError) else error
+    return _error(507, f"the computer cannot do it now ({what}): make room on the disk")
 
 
 async def _gone(_: Request, __: Exception) -> Response:

@@ -6,6 +6,7 @@ Its standard input is a pipe from that program: it ends when the program does, e
 killed.
 """
 
+import os
 import shutil
 import sys
 import time
@@ -17,12 +18,10 @@ def main(folder: str) -> None:
     """Wait for the end of standard input, then remove the folder."""
     sys.stdin.read()
     for _ in range(_TRIES):
-        try:
-            shutil.rmtree(folder)
-        except FileNotFoundError:
+        shutil.rmtree(folder, ignore_errors=True)
+        if not os.path.lexists(folder):
             return
-        except OSError:
-            time.sleep(_PAUSE)
+        time.sleep(_PAUSE)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,8 @@ class Limits:
     pixels: int = 150_000_000
     """Of one picture; the largest cameras make as many."""
     worker_bytes: int = 8 << 30
-    """Address space of a process that calibrates."""
+    """Address space of a process that opens files; less on a computer with little memory."""
     sessions: int = 50
     """Browsers; beyond, the one that was quiet longest is forgotten."""
+    quiet_seconds: float = 3600
+    """Before which a browser is not forgotten."""

@@ -1,6 +1,7 @@
 """The live view: frames that the browser takes from its camera, and the curve that they give."""
 
 import asyncio
+import secrets
 import time
 from pathlib import Path
 from typing import NamedTuple
@@ -14,8 +15,8 @@ from chartless.live import LiveEvidence, is_enough, live_calibration
 from chartless.report import card
 from chartless.types import JsonObject, Levels
 
-MOST_BYTES = 64_000_000
-"""Of a frame: 16 megapixels in red, green, blue and nothing."""
+MOST_BYTES = 36_000_000
+"""Of a frame: 9 megapixels, more than 3840 × 2160, in red, green, blue and nothing."""
 _INTERVAL = 1.0  # seconds between two drawings of the curve, each a tenth of a second
 _BLACK, _WHITE = 16, 235  # of luma in limited range (ITU-R BT.601)
 _NAME = Path("camera")  # in messages and in the calibration
@@ -63,10 +64,11 @@ class LiveView:
     """Evidence of one browser's camera, and the latest curve."""
 
     def __init__(self) -> None:
+        self.id = secrets.token_hex(8)
         self._evidence = LiveEvidence()
         self._drawn = 0.0
         self.lock = asyncio.Lock()
-        """Held by who adds a frame or asks for the calibration."""
+        """Held by who sends a frame or asks for the calibration."""
 
     def add(self, content: bytes, shape: Shape, until: float) -> JsonObject:
         """Count a frame; what the page shows, with the curve if it was drawn anew.

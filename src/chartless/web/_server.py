@@ -18,6 +18,7 @@ from chartless.errors import ParameterError
 from chartless.web._limits import Limits
 
 _LOOPBACK = "127.0.0.1"
+_ELSEWHERE = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}  # RFC 5737, RFC 3849
 _PATIENCE = 2  # seconds for requests that are being answered when the server stops
 _UNTIL_OPEN = 0.3  # seconds from start to the browser
 
@@ -51,21 +52,23 @@ def serve(
         If the host is none, the port is in use, or Starlette and Uvicorn are not installed.
     """
     try:
+        import starlette  # noqa: F401 - what else `_app` imports comes with chartless
         import uvicorn
-
-        from chartless.web._app import make_app
     except ImportError as error:
         msg = f"the page takes {error.name}, which is an extra: pip install 'chartless[web]'"
         raise ParameterError(msg) from error
     with _listening(host, port) as listener, _folder() as folder, _terminable():
+        from chartless.web._app import make_app
+
         port = listener.getsockname()[1]
         is_local = _is_loopback(host)
         token = None if is_local else secrets.token_urlsafe(24)
-        own = f"[{host}]" if ":" in host else host
+        name = _name_for_others(listener, host)
+        own = f"[{name}]" if ":" in name else name
         app = make_app(
             folder,
             port=port,
-            hosts=frozenset(f"{name}:{port}" for name in (own, "localhost")) if is_local else None,
+            hosts=frozenset(f"{each}:{port}" for each in (own, "localhost")) if is_local else None,
             token=token,
             limits=limits,
         )
@@ -79,6 +82,7 @@ def serve(
         server = uvicorn.Server(
             uvicorn.Config(
                 app,
+                http="h11",  # which bounds headers
                 log_level="critical",  # what goes wrong is answered, in one line
                 access_log=False,
                 server_header=False,
@@ -99,7 +103,7 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
     except (socket.gaierror, UnicodeError) as error:
-        msg = f"{host} is no address of this computer: leave --host away for {_LOOPBACK}"
+        msg = f"{host!r} is no address of this computer: leave --host away for {_LOOPBACK}"
         raise ParameterError(msg) from error
     with socket.socket(family, kind, protocol) as listener:
         if sys.platform != "win32":  # there it would share the port with others
@@ -115,6 +119,19 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
             )
             raise ParameterError(msg) from error
         yield listener
+
+
+def _name_for_others(listener: socket.socket, host: str) -> str:
+    """The address itself or, of one that stands for all, that of this computer."""
+    if not ipaddress.ip_address(listener.getsockname()[0]).is_unspecified:
+        return host
+    with socket.socket(listener.family, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((_ELSEWHERE[listener.family], 9))  # asks for the way, and sends nothing
+        except OSError:  # without a network nobody else is there
+            return "localhost"
+        name: str = probe.getsockname()[0]
+        return name
 
 
 def _is_loopback(host: str) -> bool:

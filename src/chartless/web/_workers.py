@@ -1,10 +1,11 @@
-"""Processes that make calibrations, so that the page answers while they do."""
+"""Processes that open what browsers send, so that the page answers while they do."""
 
 import asyncio
 import contextlib
 import json
 import os
 import sys
+from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,36 +15,47 @@ from chartless.types import JsonObject
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share of it that is finished, 0 … 1."""
 
-_LONGEST_LINE = 1 << 24  # bytes, of what a process says
-_AT_ONCE = max(1, (os.cpu_count() or 1) // 2)
+_AT_ONCE = min(2, max(1, (os.cpu_count() or 1) // 2))
+_PROCESSES = _AT_ONCE + 1  # and one for what is brief
+_LONGEST = 60.0  # seconds of that; of a raw file all is unpacked
 
 
 class TaskError(ChartlessError):
-    """A task that failed; the text is what the worker said."""
+    """A task that failed; the text is what the worker said, or why it said nothing."""
 
 
 class Workers:
-    """Runs tasks, some at once, each in a process of its own.
+    """Runs tasks, some that are long and one that is brief at once, in processes of their own.
 
-    One process more than needed waits with everything imported, so that a task starts at once.
+    A process that has done its task well waits for the next with everything imported.
+
+    Parameters
+    ----------
+    folder : Path
+        Where processes start.
+    most_bytes : int
+        Address space of each; less if the computer has not as much memory for all of them.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, most_bytes: int) -> None:
         self._folder = folder
+        self._most_bytes = most_bytes
         self._room = asyncio.Semaphore(_AT_ONCE)
-        self._spare: asyncio.Task[asyncio.subprocess.Process] | None = None
+        self._brief = asyncio.Lock()
+        self._waiting: Process | None = None
 
-    def start(self) -> None:
+    async def start(self) -> None:
         """Let a process wait for the first task."""
-        self._spare = asyncio.create_task(self._new())
+        if self._waiting is None:
+            self._waiting = await self._new()
 
     async def stop(self) -> None:
-        """End the process that waits. Tasks end when they are cancelled."""
-        if self._spare is not None:
-            await _end(await self._spare)
+        """End the process that waits. Others end when their tasks are cancelled."""
+        if self._waiting is not None:
+            await _end(self._waiting)
 
     async def run(self, task: JsonObject, progress: Progress) -> JsonObject:
-        """Run a task to its end; if this is cancelled, its process ends.
+        """Run a task of `chartless.web._tasks` to its end; cancelled, its process is ended.
 
         Raises
         ------
@@ -51,48 +63,72 @@ class Workers:
             If it failed.
         """
         async with self._room:
-            waiting = self._spare or asyncio.create_task(self._new())
-            self.start()
-            process = await waiting
-            try:
-                return await _answer(process, task, progress)
-            finally:
-                await _end(process)
+            return _done(await self._answer(task, progress))
 
-    async def _new(self) -> asyncio.subprocess.Process:
+    async def run_briefly(self, task: JsonObject) -> JsonObject:
+        """Run a task that takes no time to speak of; raises `TaskError` if it failed or does."""
+        async with self._brief:
+            try:
+                async with asyncio.timeout(_LONGEST):
+                    return _done(await self._answer(task, lambda _, __: None))
+            except TimeoutError as error:
+                msg = f"that takes more than {_LONGEST:g} seconds: give something smaller"
+                raise TaskError(msg) from error
+
+    async def _answer(self, task: JsonObject, progress: Progress) -> JsonObject:
+        """The last answer to a task, of a process that is used again if that is no risk."""
+        process, self._waiting = self._waiting, None
+        if process is None or process.returncode is not None:
+            process = await self._new()
+        is_sound = False
+        try:
+            answer = await _asked(process, task, progress)
+            is_sound = "broken" not in answer
+        finally:
+            if not is_sound or self._waiting is not None:
+                await _end(process)
+            else:
+                self._waiting = process
+            await self.start()
+        return answer
+
+    async def _new(self) -> Process:
         # -P: a file that somebody uploaded must not be imported. A session of its own: Ctrl-C in
         # the terminal is for the server alone.
         return await asyncio.create_subprocess_exec(
             *(sys.executable, "-P", "-m", "chartless.web._worker"),
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
+            *(str(self._most_bytes), str(_PROCESSES)),
+            stdin=PIPE,
+            stdout=PIPE,
             cwd=self._folder,
-            limit=_LONGEST_LINE,
             start_new_session=True,
         )
 
 
-async def _answer(
-    process: asyncio.subprocess.Process, task: JsonObject, progress: Progress
-) -> JsonObject:
+async def _asked(process: Process, task: JsonObject, progress: Progress) -> JsonObject:
+    """The last answer to a task."""
     if process.stdin is None or process.stdout is None:
         raise AssertionError
     with contextlib.suppress(ConnectionError):  # of a process that has ended: no answer comes
         process.stdin.write(json.dumps(task).encode() + b"\n")
         await process.stdin.drain()
     async for line in process.stdout:
-        answer = json.loads(line)
-        if "failed" in answer:
-            raise TaskError(answer["failed"])
-        if "done" in answer:
-            done: JsonObject = answer["done"]
-            return done
+        answer: JsonObject = json.loads(line)
+        if "stage" not in answer:
+            return answer
         progress(answer["stage"], answer["share"])
-    msg = "the calculation was stopped, perhaps for want of memory: give smaller or fewer frames"
-    raise TaskError(msg)
+    text = "the calculation was stopped, perhaps for want of memory: give smaller or fewer frames"
+    return {"failed": text, "broken": True}
 
 
-async def _end(process: asyncio.subprocess.Process) -> None:
+def _done(answer: JsonObject) -> JsonObject:
+    if "failed" in answer:
+        raise TaskError(answer["failed"])
+    done: JsonObject = answer["done"]
+    return done
+
+
+async def _end(process: Process) -> None:
     with contextlib.suppress(ProcessLookupError):
         process.kill()
     await process.wait()

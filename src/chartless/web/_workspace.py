@@ -1,7 +1,6 @@
 """What one browser has given and got: files, calibrations, and the tasks that make them."""
 
 import asyncio
-import contextlib
 import os
 import re
 import secrets
@@ -9,8 +8,9 @@ import shutil
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from tempfile import TemporaryDirectory
 
-from chartless.errors import ChartlessError, ImageError, ParameterError
+from chartless.errors import ChartlessError, ParameterError
 from chartless.plan import parsed_times
 from chartless.sequence import naturally_sorted
 from chartless.types import JsonObject
@@ -20,8 +20,10 @@ from chartless.web._workers import TaskError, Workers
 
 ROLES = ("frame", "dark", "unused")
 _ODD = re.compile(r"[^\w .,()+@=-]")  # in names of files
-_LONGEST = 100  # name of a file
+_LONGEST, _LONGEST_SUFFIX = 150, 50  # bytes of the name of a file; systems have room for 255
 _MEGA = 1e6
+_FILE = "camera.json"  # of a calibration
+_PART = "comparison.html"
 
 
 class LimitError(ChartlessError):
@@ -51,13 +53,23 @@ class Camera:
     title: str
     folder: Path
     """With camera.json and report.html when it is done."""
-    pixels: tuple[int, int] | None = None
-    """Width and height of its pictures, if that is known."""
+    frames: tuple[Upload, ...] = ()
+    """What it is made from."""
     stage: str = "waiting"
     share: float = 0.0
     error: str = ""
     result: JsonObject | None = None
     task: "asyncio.Task[None] | None" = None
+
+    @property
+    def given(self) -> Path:
+        """Folder with what it is made from, as long as it is being made."""
+        return self.folder / "given"
+
+    @property
+    def pixels(self) -> tuple[int, int] | None:
+        """Width and height of its pictures, if that is known."""
+        return next((each.pixels for each in self.frames if each.pixels), None)
 
     @property
     def state(self) -> str:
@@ -102,6 +114,12 @@ class Workspace:
         """Folder of the uploaded files, each by its own name."""
         return self.folder / "files"
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a file is being sent or a calibration being made."""
+        running = any(each.state == "running" for each in self.cameras.values())
+        return running or bool(self._arriving)
+
     def to_json(self) -> JsonObject:
         """What the page shows."""
         return {
@@ -134,38 +152,58 @@ class Workspace:
             msg = f"{name}: there are {self.limits.files} files already: remove some"
             raise LimitError(msg)
         path = self.files / name
+        self._arriving[name] = 0
         try:
             await self._write(path, chunks)
-            kind, pixels = await asyncio.to_thread(_kind, path, self.limits)
-        except BaseException as error:
+            seen = await self._look(name)
+            if seen["kind"] == "calibration":
+                return self._imported(path)
+        except BaseException:
             path.unlink(missing_ok=True)
-            if isinstance(error, ChartlessError):
-                raise _without_folder(error, self.files) from error
             raise
         finally:
-            size = self._arriving.pop(name, 0)
-        if kind == "calibration":
-            return self._imported(path)
-        added = Upload(secrets.token_hex(8), name, size, kind, pixels)
+            size = self._arriving.pop(name)
+        pixels = seen["pixels"] and tuple(seen["pixels"])
+        added = Upload(secrets.token_hex(8), name, size, seen["kind"], pixels)
         self.uploads[added.id] = added
         return added
 
+    async def _look(self, name: str) -> JsonObject:
+        task = {
+            "task": "look",
+            "folder": str(self.files),
+            "file": name,
+            "most_pixels": self.limits.pixels,
+            "most_bytes": self.limits.calibration_bytes,
+        }
+        try:
+            return await self.workers.run_briefly(task)
+        except TaskError as error:
+            text = str(error).removeprefix(f"{name}: ")
+            msg = f"{name}: {text}"
+            raise ParameterError(msg) from error
+
     async def _write(self, path: Path, chunks: AsyncIterator[bytes]) -> None:
-        self._arriving[path.name] = 0
         with path.open("xb") as file:
             async for chunk in chunks:
                 self._arriving[path.name] += len(chunk)
-                together = sum(each.size for each in self.uploads.values())
-                together += sum(self._arriving.values())
-                is_large = self._arriving[path.name] > self.limits.file_bytes
-                if is_large or together > self.limits.total_bytes:
-                    msg = (
-                        f"{path.name}: a file may have {self.limits.file_bytes / _MEGA:g} MB and "
-                        f"all together {self.limits.total_bytes / _MEGA:g} MB: give fewer or "
-                        "smaller files, or use chartless calibrate in a terminal"
-                    )
-                    raise LimitError(msg)
+                self._require_room(path.name)
                 file.write(chunk)
+
+    def _require_room(self, name: str) -> None:
+        """Raise LimitError if a file that is being sent is too much."""
+        held = {each.id: each.size for each in self.uploads.values()}
+        for camera in self.cameras.values():
+            if camera.state == "running":
+                held |= {each.id: each.size for each in camera.frames}
+        together = sum(held.values()) + sum(self._arriving.values())
+        if self._arriving[name] > self.limits.file_bytes or together > self.limits.total_bytes:
+            msg = (
+                f"{name}: a file may have {self.limits.file_bytes / _MEGA:g} MB and "
+                f"all together {self.limits.total_bytes / _MEGA:g} MB: give fewer or "
+                "smaller files, or use chartless calibrate in a terminal"
+            )
+            raise LimitError(msg)
 
     def _free(self, name: str) -> str:
         """The name, or the name with a number if there is such a file."""
@@ -214,23 +252,23 @@ class Workspace:
         how = [arguments.get("method"), arguments.get("model")]
         title = ", ".join([what, *(str(each) for each in how if each)])
         camera = self._new_camera(title)
-        camera.pixels = next((each.pixels for each in files if each.name == frames[0]), None)
-        self._run(camera, {"arguments": {"frames": frames, **arguments}})
+        camera.frames = tuple(each for each in files if each.role != "unused")
+        for each in camera.frames:  # they may be removed while they are read
+            os.link(self.files / each.name, camera.given / each.name)
+        self._run(camera, {"task": "calibrate", "arguments": {"frames": frames, **arguments}})
         return camera
 
     def _imported(self, path: Path) -> Camera:
         camera = self._new_camera(path.name)
-        kept = camera.folder / path.name
-        path.replace(kept)
-        self._run(camera, {"calibration": str(kept)})
+        path.replace(camera.given / path.name)
+        self._run(camera, {"task": "import", "file": path.name})
         return camera
 
     def keep(self, title: str, text: str) -> Camera:
         """Take in a calibration file that was made elsewhere in this program."""
         camera = self._new_camera(title)
-        kept = camera.folder / "given.json"
-        kept.write_text(text, encoding="utf-8")
-        self._run(camera, {"calibration": str(kept)})
+        (camera.given / _FILE).write_text(text, encoding="utf-8")
+        self._run(camera, {"task": "import", "file": _FILE})
         return camera
 
     def _new_camera(self, title: str) -> Camera:
@@ -240,27 +278,48 @@ class Workspace:
         key = secrets.token_hex(8)
         camera = Camera(key, title, self.folder / f"camera-{key}")
         camera.folder.mkdir(mode=0o700)
-        self.cameras[key] = camera
+        camera.given.mkdir(mode=0o700)
         return camera
 
     def _run(self, camera: Camera, task: JsonObject) -> None:
+        self.cameras[camera.id] = camera
         camera.task = asyncio.create_task(self._watched(camera, task))
 
     async def _watched(self, camera: Camera, task: JsonObject) -> None:
         def progress(stage: str, share: float) -> None:
             camera.stage, camera.share = stage, share
 
-        task |= {
-            "folder": str(self.files),
-            "results": str(camera.folder),
-            "worker_bytes": self.limits.worker_bytes,
-        }
         try:
+            task["folder"] = str(camera.given)
             camera.result = await self.workers.run(task, progress)
         except TaskError as error:
-            camera.error = str(error).replace(f"{camera.folder}{os.sep}", "")
-        except (OSError, ValueError) as error:  # no process, or none that speaks as ours do
+            camera.error = str(error)
+        except Exception as error:  # noqa: BLE001 - else the page would wait for ever
             camera.error = f"the calculation could not be run ({error}): try again"
+        finally:
+            shutil.rmtree(camera.given, ignore_errors=True)
+
+    async def export(self, camera: Camera, name: str) -> tuple[str, bytes, str]:
+        """Name and content of the file of another program, and what it does not hold.
+
+        Raises
+        ------
+        TaskError
+            If there is no such format, or it cannot hold the calibration.
+        """
+        task: JsonObject = {"task": "export", "format": name, "size": camera.pixels}
+        with TemporaryDirectory(dir=camera.folder) as folder:
+            task |= {"folder": folder, "camera": f"../{_FILE}"}
+            done = await self.workers.run_briefly(task)
+            return done["file"], (Path(folder) / done["file"]).read_bytes(), done["lost"]
+
+    async def compare(self, cameras: list[Camera]) -> str:
+        """Curves of several cameras in one figure, as a part of a page."""
+        named = [(each.title, f"../{each.folder.name}/{_FILE}") for each in cameras]
+        with TemporaryDirectory(dir=self.folder) as folder:
+            task = {"task": "compare", "folder": folder, "cameras": named, "file": _PART}
+            await self.workers.run_briefly(task)
+            return (Path(folder) / _PART).read_text(encoding="utf-8")
 
     async def remove_camera(self, key: str) -> None:
         """Remove a calibration; one that is being made is given up."""
@@ -272,7 +331,7 @@ class Workspace:
 
     async def close(self) -> None:
         """Give up what is running and remove everything."""
-        for camera in self.cameras.values():
+        for camera in list(self.cameras.values()):
             await _cancelled(camera)
         shutil.rmtree(self.folder, ignore_errors=True)
 
@@ -284,8 +343,7 @@ class Workspace:
 async def _cancelled(camera: Camera) -> None:
     if camera.task is not None:
         camera.task.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await camera.task
+        await asyncio.wait([camera.task])
 
 
 def _cleaned(name: str) -> str:
@@ -293,48 +351,12 @@ def _cleaned(name: str) -> str:
     last = PureWindowsPath(PurePosixPath(name).name).name
     cleaned = _ODD.sub("_", last).strip(" .")
     path = Path(cleaned)
-    return f"{path.stem[:_LONGEST]}{path.suffix[:_LONGEST]}" if cleaned else "file"
+    stem, suffix = _cut(path.stem, _LONGEST), _cut(path.suffix, _LONGEST_SUFFIX)
+    return f"{stem}{suffix}" if cleaned else "file"
 
 
-def _kind(path: Path, limits: Limits) -> tuple[str, tuple[int, int] | None]:
-    """Whether a file is a picture, raw, video or calibration, and the size of a picture.
-
-    Raises
-    ------
-    ImageError
-        If it is none of these, or a picture of more pixels than allowed.
-    """
-    from chartless.calibration_file import FORMAT
-    from chartless.images import is_raw, is_video, read_settings, read_size
-    from chartless.luts import is_foreign
-
-    if is_video(path):
-        return "video", None
-    if is_raw(path):
-        read_settings(path, raw=True)
-        return "raw", None
-    try:
-        width, height = read_size(path)
-    except ImageError:
-        with path.open("rb") as file:
-            is_own = FORMAT.encode() in file.read(4096)
-        if not is_own and not is_foreign(path):
-            raise
-        if path.stat().st_size > limits.calibration_bytes:
-            msg = "is larger than any calibration: give the pictures that it is made from"
-            raise ImageError(str(path), msg) from None
-        return "calibration", None
-    if width * height > limits.pixels:
-        msg = f"has {width} × {height} pixels, larger than this page takes: crop it"
-        raise ImageError(str(path), msg)
-    return "picture", (width, height)
-
-
-def _without_folder(error: ChartlessError, folder: Path) -> ChartlessError:
-    """The same error about a file by its name alone."""
-    if isinstance(error, LimitError):
-        return error
-    return ParameterError(str(error).replace(f"{folder}{os.sep}", ""))
+def _cut(text: str, n_bytes: int) -> str:
+    return text.encode()[:n_bytes].decode(errors="ignore")
 
 
 def _arguments(options: JsonObject) -> JsonObject:

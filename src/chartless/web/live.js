@@ -5,18 +5,20 @@ const find = (id) => document.getElementById(id);
 export function setUpLive({ ask, tell, attempt, redraw, saved }) {
   const live = { running: false, leave };
   let stream = null;
+  let place = ""; // of this view on the server
 
   async function start() {
+    leave();
     tell("");
-    if (!navigator.mediaDevices) throw new Error("This browser gives a page no camera here: use chartless watch in a terminal.");
-    stream = await navigator.mediaDevices.getUserMedia({ video: { width: { ideal: 1280 } }, audio: false })
-      .catch((error) => {
-        throw new Error(`The camera cannot be used (${error.message}): allow it, or close what uses it.`);
-      });
-    const video = find("video");
-    video.srcObject = stream;
-    await video.play();
-    await ask("live", { method: "POST" });
+    find("live-start").disabled = true;
+    try {
+      await open();
+    } catch (error) {
+      leave();
+      throw error;
+    } finally {
+      find("live-start").disabled = false;
+    }
     live.running = true;
     find("live-save").disabled = true;
     find("live-curve").replaceChildren();
@@ -27,6 +29,23 @@ export function setUpLive({ ask, tell, attempt, redraw, saved }) {
     attempt(run)();
   }
 
+  async function open() {
+    if (!navigator.mediaDevices) throw new Error("This browser gives a page no camera here: use chartless watch in a terminal.");
+    stream = await navigator.mediaDevices.getUserMedia({ video: { width: { ideal: 1280 } }, audio: false })
+      .catch((error) => {
+        throw new Error(`The camera cannot be used (${error.message}): allow it, or close what uses it.`);
+      });
+    stream.getVideoTracks()[0].addEventListener("ended", attempt(() => {
+      leave();
+      throw new Error("The camera has stopped: connect it and start it again.");
+    }));
+    const video = find("video");
+    video.srcObject = stream;
+    await video.play();
+    const { id } = await (await ask("live", { method: "POST" })).json();
+    place = `live/${id}`;
+  }
+
   async function run() {
     const video = find("video");
     const mine = stream;
@@ -35,7 +54,7 @@ export function setUpLive({ ask, tell, attempt, redraw, saved }) {
         await nextFrame(video);
         const { query, body } = await pixels(video);
         if (stream !== mine) break;
-        const path = `live/frames?${query}&until=${find("live-until").value || 0}`;
+        const path = `${place}/frames?${query}&until=${find("live-until").value || 0}`;
         const answer = await (await ask(path, { method: "POST", body })).json();
         if (stream !== mine) break;
         draw(answer);
@@ -57,17 +76,19 @@ export function setUpLive({ ask, tell, attempt, redraw, saved }) {
   }
 
   async function save() {
-    const { id } = await (await ask("live/save", { method: "POST" })).json();
+    if (find("live-save").disabled) return; // it is being saved
+    find("live-save").disabled = true;
+    const { id } = await (await ask(`${place}/save`, { method: "POST" })).json();
     leave();
     await saved(id);
   }
 
   function leave() {
-    if (!live.running) return;
-    live.running = false;
-    for (const track of stream.getTracks()) track.stop();
+    for (const track of stream?.getTracks() ?? []) track.stop();
     stream = null;
     find("video").srcObject = null;
+    if (!live.running) return;
+    live.running = false;
     redraw();
   }
 

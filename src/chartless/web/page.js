@@ -4,14 +4,18 @@ import { setUpLive } from "./live.js";
 
 const find = (id) => document.getElementById(id);
 const POLL = 300; // milliseconds between two looks at work that goes on
+const UNTIL_SAVED = 60_000; // milliseconds for which a browser may still read a download
+const MOST_TOLD = 5; // files that were refused
 const MARKS = { good: "✓", care: "!", distrust: "✕" };
 const GRADES = { good: "good", care: "usable with care", distrust: "do not trust" };
 
 let state = { files: [], cameras: [] };
-let shown = location.hash.slice(1); // id of the result in sight, or "comparison"
+let shown = location.hash.slice(1); // id of the result in sight, or ids of those compared
 let drawn = ""; // the result whose report is in sight
 let timer = 0;
-const compared = new Set();
+let sending = Promise.resolve(); // of files, one after the other
+let isSending = false;
+const compared = new Set(shown.includes(",") ? shown.split(",") : []);
 
 /* Requests. */
 
@@ -68,7 +72,8 @@ function draw() {
   replace(find("cameras"), state.cameras.map(cameraRow));
   find("none").hidden = state.cameras.length > 0;
   find("clear").hidden = state.files.length < 2;
-  find("calibrate").disabled = !state.files.some((each) => each.role === "frame");
+  find("calibrate").disabled = isSending || !state.files.some((each) => each.role === "frame");
+  for (const file of state.files) find(`use-${file.id}`).value = file.role;
   for (const id of compared) {
     if (!state.cameras.some((each) => each.id === id)) compared.delete(id);
   }
@@ -76,10 +81,16 @@ function draw() {
   drawSheet();
 }
 
-// Rows that have not changed stay, so that focus and open menus do.
+// Rows that have not changed stay where they are, so that focus and open menus do.
 function replace(list, rows) {
   const old = new Map([...list.children].map((each) => [each.dataset.key, each]));
-  list.replaceChildren(...rows.map(({ key, make }) => old.get(key) ?? keyed(make(), key)));
+  const wanted = rows.map(({ key, make }) => old.get(key) ?? keyed(make(), key));
+  for (const row of old.values()) {
+    if (!wanted.includes(row)) row.remove();
+  }
+  for (const [place, row] of wanted.entries()) {
+    if (list.children[place] !== row) list.insertBefore(row, list.children[place] ?? null);
+  }
 }
 
 function keyed(element, key) {
@@ -96,18 +107,22 @@ function make(name, settings = {}, ...children) {
 function removeButton(name, action) {
   const button = make("button", { type: "button", textContent: "×", title: `Remove ${name}` });
   button.setAttribute("aria-label", `Remove ${name}`);
-  button.addEventListener("click", attempt(action));
+  button.addEventListener("click", attempt(async () => {
+    const row = button.closest("li");
+    const beside = row.nextElementSibling ?? row.previousElementSibling;
+    await action();
+    (beside?.querySelector("button:last-child") ?? find("files")).focus();
+  }));
   return button;
 }
 
 function uploadRow(file) {
   return {
-    key: JSON.stringify(file),
+    key: file.id,
     make() {
       const roles = { frame: "frame", dark: "lens covered", unused: "leave out" };
-      const select = make("select", { ariaLabel: `Use of ${file.name}` });
+      const select = make("select", { id: `use-${file.id}`, ariaLabel: `Use of ${file.name}` });
       select.append(...Object.entries(roles).map(([value, text]) => make("option", { value }, text)));
-      select.value = file.role;
       select.addEventListener("change", attempt(async () => {
         await ask(`files/${file.id}`, { method: "PATCH", json: { role: select.value } });
         await refresh();
@@ -124,10 +139,9 @@ function uploadRow(file) {
 
 function cameraRow(camera) {
   const grade = camera.result?.grade;
-  const ticked = compared.has(camera.id);
   const current = camera.id === shown;
   return {
-    key: JSON.stringify([camera.id, camera.state, ticked, current]),
+    key: JSON.stringify([camera.id, camera.state, current]),
     make() {
       const mark = grade ? MARKS[grade] : camera.state === "failed" ? "✕" : "…";
       const words = GRADES[grade] ?? camera.state;
@@ -143,7 +157,8 @@ function cameraRow(camera) {
       const row = make("li", {}, sign, open);
       if (current) row.setAttribute("aria-current", "true");
       if (camera.state === "done") {
-        const tick = make("input", { type: "checkbox", checked: ticked, title: "Compare" });
+        const checked = compared.has(camera.id);
+        const tick = make("input", { type: "checkbox", checked, title: "Compare" });
         tick.setAttribute("aria-label", `Compare ${camera.title}`);
         tick.addEventListener("change", () => {
           if (tick.checked) compared.add(camera.id);
@@ -161,8 +176,12 @@ function cameraRow(camera) {
 /* The sheet: a result, a comparison, or how to begin. */
 
 function show(id) {
+  if (id !== shown) history.pushState(null, "", `#${id}`);
+  turn(id);
+}
+
+function turn(id) {
   shown = id;
-  history.replaceState(null, "", id ? `#${id}` : location.pathname);
   tell("");
   find("lost").textContent = "";
   live.leave();
@@ -171,10 +190,11 @@ function show(id) {
 }
 
 function drawSheet() {
-  const camera = state.cameras.find((each) => each.id === shown);
-  const comparing = shown === "comparison" && compared.size > 1;
+  const chosen = shown.split(",").map((id) => state.cameras.find((each) => each.id === id));
+  const [camera, ...others] = chosen.filter(Boolean);
+  const comparing = others.length > 0;
   find("live").hidden = !live.running;
-  find("shown").hidden = live.running || !(camera || comparing);
+  find("shown").hidden = live.running || !camera;
   find("welcome").hidden = live.running || !find("shown").hidden;
   if (find("shown").hidden) return;
   find("shown-title").textContent = comparing ? "Comparison" : camera.title;
@@ -197,7 +217,7 @@ function drawSheet() {
     find("keep").href = `api/cameras/${camera.id}/report.html?keep`;
     fill(`cameras/${camera.id}/report.html`);
   } else {
-    fill(`comparison?cameras=${[...compared].join(",")}`);
+    fill(`comparison?cameras=${[camera, ...others].map((each) => each.id).join(",")}`);
   }
 }
 
@@ -206,7 +226,10 @@ const fill = attempt(async (path) => {
   drawn = path;
   find("verdict-first").replaceChildren();
   find("report").replaceChildren();
-  const text = await (await ask(path)).text();
+  const text = await ask(path).then((answer) => answer.text(), (error) => {
+    if (drawn === path) drawn = "";
+    throw error;
+  });
   if (drawn !== path) return; // something else was asked for meanwhile
   const page = new DOMParser().parseFromString(text, "text/html");
   const parts = [...(page.querySelector("main") ?? page.body).children];
@@ -217,13 +240,23 @@ const fill = attempt(async (path) => {
 
 /* What the user does. */
 
-const upload = attempt(async (files) => {
+function upload(list) {
+  const files = [...list]; // which is emptied when the event is over
+  sending = sending.then(() => send(files));
+}
+
+const send = attempt(async (files) => {
   tell("");
+  isSending = true;
+  draw();
   const refused = [];
   let camera = "";
-  for (const [place, file] of [...files].entries()) {
+  for (const [place, file] of files.entries()) {
     find("status").textContent = `Taking ${file.name} (${place + 1} of ${files.length})…`;
     try {
+      await file.slice(0, 1).arrayBuffer().catch(() => {
+        throw new Error(`${file.name}: cannot be read: give files, no folders`);
+      });
       const path = `files?name=${encodeURIComponent(file.name)}`;
       const added = await (await ask(path, { method: "PUT", body: file })).json();
       if (added.is_camera) camera = added.id;
@@ -232,22 +265,28 @@ const upload = attempt(async (files) => {
     }
   }
   find("status").textContent = "";
+  isSending = false;
   await refresh();
   if (camera) show(camera);
-  tell(refused.join(" "));
+  const more = refused.splice(MOST_TOLD).length;
+  tell([...refused, ...(more ? [`And ${more} more.`] : [])].join("\n"));
 });
 
 const calibrate = attempt(async () => {
   tell("");
-  find("calibrate").disabled = true; // until the list is drawn anew
+  find("calibrate").disabled = true; // a second click would begin a second one
   const options = Object.fromEntries(new FormData(find("options")));
-  const { id } = await (await ask("cameras", { method: "POST", json: options })).json();
-  await refresh();
-  show(id);
+  try {
+    const { id } = await (await ask("cameras", { method: "POST", json: options })).json();
+    await refresh();
+    show(id);
+  } finally {
+    draw();
+  }
 });
 
-find("files").addEventListener("change", async () => {
-  await upload(find("files").files);
+find("files").addEventListener("change", () => {
+  upload(find("files").files);
   find("files").value = "";
 });
 addEventListener("dragover", (event) => {
@@ -280,7 +319,8 @@ find("stop").addEventListener("click", attempt(async () => {
   await ask(`cameras/${shown}`, { method: "DELETE" });
   await refresh();
 }));
-find("compare").addEventListener("click", () => show("comparison"));
+find("compare").addEventListener("click", () => show([...compared].join(",")));
+addEventListener("popstate", () => turn(location.hash.slice(1)));
 find("export").addEventListener("click", attempt(async () => {
   find("lost").textContent = "";
   const answer = await ask(`cameras/${shown}/export/${find("format").value}`);
@@ -288,7 +328,7 @@ find("export").addEventListener("click", attempt(async () => {
   const lost = decodeURIComponent(answer.headers.get("X-Lost"));
   const address = URL.createObjectURL(await answer.blob());
   make("a", { href: address, download: name }).click();
-  URL.revokeObjectURL(address);
+  setTimeout(() => URL.revokeObjectURL(address), UNTIL_SAVED);
   find("lost").textContent = lost ? `${name} does not hold everything: ${lost}.` : "";
 }));
 
