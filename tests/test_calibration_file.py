@@ -481,6 +481,18 @@ def test_a_curve_of_no_model_must_increase(value: float, content: Any, path: Pat
     assert "damaged calibration file" in refused(content, path)
 
 
+def test_a_table_larger_than_any_of_ours_is_refused(content: Any, path: Path) -> None:
+    """Its file may be short, and its table takes gigabytes."""
+    n_levels = 65536
+    content["levels"] = n_levels
+    (entry,) = content["channels"]
+    entry["inverse_lut"] = [level / (n_levels - 1) for level in range(n_levels)]
+    entry["cooccurrence"] = {"first": n_levels * [0], "counts": n_levels * [[]]}
+    path.write_text(json.dumps(content))
+
+    assert "co-occurrence table has 1024 levels at most, not 65536" in refused(content, path)
+
+
 def test_deep_nesting_is_refused(path: Path) -> None:
     refused("[" * 100_000, path)
 

@@ -2,13 +2,15 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from functools import partial
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from threadpoolctl import threadpool_info, threadpool_limits
 
-from chartless._threads import in_order
+from chartless._threads import in_order, one_blas_thread
 
 
 @given(values=st.lists(st.integers(), max_size=20))
@@ -60,3 +62,25 @@ def test_an_error_ends_the_loop_at_its_place() -> None:
     with pytest.raises(ValueError, match="second"):
         next(results)
     assert len(done) <= 4
+
+
+def n_blas_threads() -> set[int]:
+    return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
+
+
+def test_blas_gets_its_threads_back_when_the_last_has_left() -> None:
+    """Users overlap: the first to come is the first to go."""
+    with threadpool_limits(limits=3, user_api="blas"), ExitStack() as last:
+        with one_blas_thread():
+            last.enter_context(one_blas_thread())
+            both_inside = n_blas_threads()
+        one_inside = n_blas_threads()
+        last.close()
+        assert (both_inside, one_inside, n_blas_threads()) == ({1}, {1}, {3})
+
+
+def test_blas_gets_its_threads_back_after_an_error() -> None:
+    with threadpool_limits(limits=3, user_api="blas"):
+        with pytest.raises(ZeroDivisionError), one_blas_thread():
+            raise ZeroDivisionError
+        assert n_blas_threads() == {3}

@@ -1,9 +1,13 @@
-"""Work on the next files while one is waited for, in threads of this process."""
+"""Threads of this process: work on the next files while one is waited for, and BLAS without any."""
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from threading import Lock
 from typing import TypeVar
+
+from threadpoolctl import threadpool_limits
 
 _T = TypeVar("_T")
 
@@ -46,3 +50,34 @@ def in_order(tasks: Iterable[Callable[[], _T]]) -> Generator[_T, None, None]:
         finally:
             for each in waiting:
                 each.cancel()
+
+
+class _BlasThreads:
+    """How many threads BLAS has, which is one number for the whole process."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._n_users = 0
+        self._limits: threadpool_limits | None = None
+
+    @contextmanager
+    def limited(self) -> Iterator[None]:
+        """Let BLAS work without threads of its own, as long as anybody is in here.
+
+        Matrices of an estimate are small: threads would do little but wait for each other, on a
+        busy computer for long.
+        """
+        with self._lock:
+            self._limits = self._limits or threadpool_limits(limits=1, user_api="blas")
+            self._n_users += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._n_users -= 1
+                if self._n_users == 0 and self._limits is not None:
+                    self._limits.restore_original_limits()
+                    self._limits = None
+
+
+one_blas_thread = _BlasThreads().limited

@@ -17,7 +17,7 @@ import numpy as np
 
 from chartless._files import write_text
 from chartless.calibration import Calibration
-from chartless.cooccurrence import MIN_LEVELS, Cooccurrence
+from chartless.cooccurrence import MAX_LEVELS, MIN_LEVELS, Cooccurrence
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.flags import Flag, Pattern
@@ -249,6 +249,9 @@ def _table_to_json(table: Cooccurrence) -> JsonObject | None:
 
 
 def _table(entry: JsonObject, n_levels: int) -> Cooccurrence:
+    if n_levels > MAX_LEVELS:
+        msg = f"a co-occurrence table has {MAX_LEVELS} levels at most, not {n_levels}"
+        raise ValueError(msg)
     table = np.zeros((n_levels, n_levels), dtype=np.int64)
     for row, first, counts in zip(table, entry["first"], entry["counts"], strict=True):
         values = np.asarray(counts, dtype=np.int64)

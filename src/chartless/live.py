@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chartless._threads import one_blas_thread
 from chartless.calibration import Calibration
 from chartless.calibrators import NoiseLevelSearch
 from chartless.channels import planes_of, require_alike
@@ -294,10 +295,13 @@ def live_calibration(live: LiveEvidence) -> Calibration:
     evidence = live.evidence()
     flags = screen(evidence.tables, evidence.checks)
     search = NoiseLevelSearch()
-    responses = tuple(
-        search.calibrate(table, channel=name, n_frames=evidence.n_frames).with_flags(*flags[name])
-        for name, table in evidence.tables.items()
-    )
+    with one_blas_thread():
+        responses = tuple(
+            search.calibrate(table, channel=name, n_frames=evidence.n_frames).with_flags(
+                *flags[name]
+            )
+            for name, table in evidence.tables.items()
+        )
     settings = {
         "method": search.method,
         "model": search.family,

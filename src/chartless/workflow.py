@@ -12,9 +12,8 @@ from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
-from threadpoolctl import threadpool_limits
 
-from chartless._threads import in_order
+from chartless._threads import in_order, one_blas_thread
 from chartless.bracket_screening import exposure_rows, screen_bracket
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
@@ -182,9 +181,8 @@ def calibrate(
         )
 
     # One after the other: NumPy's steps on tables of noise are so short that threads get in each
-    # other's way, and the whole takes longer. Those on comparagrams are longer. Matrices are small
-    # in both: threads of BLAS would do little but wait for each other, on a busy computer for long.
-    with threadpool_limits(limits=1, user_api="blas"):
+    # other's way, and the whole takes longer. Those on comparagrams are longer.
+    with one_blas_thread():
         if joint is not None and noise is not None and bracket is None:
             responses = joint.calibrate_together(
                 noise.tables,

@@ -13,7 +13,14 @@ from cameras import CURVES, make_camera
 from programs import require
 
 from chartless.errors import CalibrationFileError
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response
+from chartless.luts import (
+    FORMATS,
+    ExportSettings,
+    export_response,
+    import_response,
+    is_foreign,
+    load_calibration,
+)
 
 LEVELS = np.arange(256, dtype=np.uint8)
 MOSAIC = np.tile(LEVELS, (64, 1))
@@ -138,7 +145,7 @@ def test_directories_that_point_to_themselves_end(tmp_path: Path) -> None:
     (tmp_path / "loop.dng").write_bytes(loop)
 
     with pytest.raises(CalibrationFileError, match="has no LinearizationTable"):
-        import_response(tmp_path / "loop.dng")
+        import_response(tmp_path / "loop.dng", "dng")
 
 
 def test_a_table_larger_than_its_file_is_refused(tmp_path: Path) -> None:
@@ -146,4 +153,17 @@ def test_a_table_larger_than_its_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "huge.dng").write_bytes(huge)
 
     with pytest.raises(CalibrationFileError, match="not a sound DNG LinearizationTable file"):
-        import_response(tmp_path / "huge.dng")
+        import_response(tmp_path / "huge.dng", "dng")
+
+
+@pytest.mark.parametrize("n_bytes", [4, 8, 100, None])
+def test_a_picture_without_a_table_is_no_calibration(n_bytes: int | None, tmp_path: Path) -> None:
+    tifffile.imwrite(tmp_path / "photo.tif", MOSAIC)
+    content = (tmp_path / "photo.tif").read_bytes()
+    (tmp_path / "photo.tif").write_bytes(content[:n_bytes])
+
+    assert not is_foreign(tmp_path / "photo.tif")
+    with pytest.raises(CalibrationFileError, match="not a calibration file"):
+        load_calibration(tmp_path / "photo.tif")
+    with pytest.raises(CalibrationFileError, match="is of no known format"):
+        import_response(tmp_path / "photo.tif")

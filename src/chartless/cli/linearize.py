@@ -74,11 +74,12 @@ def linearize(
     if is_folder:
         make_folder(output)
     remarks: dict[str, None] = {}
+    places = {image: place for place, image in enumerate(images)}
     with progress_bar() as progress:
         done = in_order(_tasks(loaded, images, targets, inverse))
         for number, (image, told) in enumerate(done, start=1):
             if progress is not None:
-                progress(f"{image.name} {number}", images.index(image) / len(images))
+                progress(f"{image.name} {number}", places[image] / len(images))
             remarks |= dict.fromkeys(f"{image}: {each}" for each in told)
     for each in remarks:
         remark(each)

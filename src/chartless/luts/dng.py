@@ -13,6 +13,7 @@ Read are such texts, what ``exiftool -b -LinearizationTable raw.dng`` prints, an
 """
 
 from dataclasses import dataclass
+from struct import error as StructError  # noqa: N812 - the name in the standard library
 from struct import unpack_from
 from typing import ClassVar, final
 
@@ -64,9 +65,14 @@ class Dng(AbstractFormat):
 
     @override
     def recognises(self, source: Source) -> bool:
-        return source.content[:4] in _TIFF or (
-            len(source.content[:100].split()) > 1 and not source.content.translate(None, _DIGITS)
-        )
+        if source.content[:4] not in _TIFF:
+            words = source.content[:100].split()
+            return len(words) > 1 and not source.content.translate(None, _DIGITS)
+        try:
+            _from_tiff(source.content)
+        except (ValueError, StructError):  # any other TIFF, or half of one
+            return False
+        return True
 
     @override
     def decode(self, source: Source) -> Calibration:
