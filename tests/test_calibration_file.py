@@ -458,7 +458,21 @@ CHANNEL = ("channels", 0)
         (("channels",), [], "channels"),
         (("channels",), 5, ""),
         (("channels",), ["Y"], ""),
+        (("bit_depth",), 10**9, "bit_depth 1000000000"),
+        (("bit_depth",), 0, "bit_depth 0"),
+        ((*CHANNEL, "noise", "u"), 1e308, "U = inf"),
+        ((*CHANNEL, "noise", "v"), 1e308, "V = inf"),
         (("provenance",), 5, ""),
+        (("provenance", "settings"), ["a"], "settings"),
+        (("provenance", "remarks"), "a", "remarks"),
+        (("provenance", "remarks"), [["a"]], "remarks"),
+        (("provenance", "inputs"), {}, "inputs should each have file, sha256"),
+        (("provenance", "inputs", 0, "file"), None, "inputs should each have file, sha256"),
+        (("provenance", "inputs", 0, "sha256"), None, "inputs should each have file, sha256"),
+        (("provenance", "inputs", 0, "frames"), [1], ""),
+        (("provenance", "inputs", 0, "frames"), [1, "2"], "frames of its inputs"),
+        (("provenance", "inputs", 0, "used"), "2", "frames of its inputs"),
+        (("provenance", "exposures"), [{"file": "a.png"}], "exposures should each have file"),
     ],
 )
 def test_damage_is_refused_in_one_line(
@@ -519,6 +533,8 @@ PLACES = [
     *((*CHANNEL, "cooccurrence", key) for key in ("first", "counts")),
     *((*CHANNEL, "search", key) for key in ("objective", "values", "evaluations")),
     ("provenance",),
+    *(("provenance", key) for key in ("inputs", "settings", "exposures", "remarks")),
+    *(("provenance", "inputs", 0, key) for key in ("file", "sha256", "frames", "used")),
 ]
 
 
@@ -544,3 +560,5 @@ def test_whatever_stands_in_a_file_it_is_shown_or_refused(
     assert status in (0, 2), err
     json.loads(out)
     assert status == 0 or err.startswith(f"chartless: error: {path}: ")
+    if status == 0:
+        save(load(path), path)

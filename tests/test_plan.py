@@ -10,7 +10,7 @@ import pytest
 
 from chartless.errors import ChartlessError, ParameterError, UnfitFramesError
 from chartless.frame import CameraSettings
-from chartless.plan import EXIF_ERROR, KINDS, UNKNOWN_ERROR, Plan, planned
+from chartless.plan import EXIF_ERROR, KINDS, UNKNOWN_ERROR, Plan, parsed_times, planned
 
 NOTHING = CameraSettings()
 
@@ -29,6 +29,21 @@ REPEATED = [shot(0.4), shot(0.1), shot(0.4), shot(1.6)]
 SILENT = [NOTHING] * 3
 REPEATS = "and noise of 1 of them, which are repeated"
 UNTOLD = "a bracket of 3 exposures, their ratios unknown"
+
+
+def test_times_are_read_from_texts() -> None:
+    assert parsed_times(["1/30", " 0.5", "2e3"]) == [1 / 30, 0.5, 2000]
+    assert parsed_times(["unknown"]) == "unknown"
+    assert parsed_times(["a", "b", "a"]) == ["a", "b", "a"]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "1/0", "1/x", "inf", "1e999", "1e99999999999", "1/1e99999999999", "9" * 400]
+)
+def test_times_that_are_no_numbers_are_refused_at_once(text: str) -> None:
+    """Also those whose digits would take hours and gigabytes."""
+    with pytest.raises(ParameterError, match=r"^--times must be numbers or fractions"):
+        parsed_times(["1", text])
 
 
 @pytest.mark.parametrize(

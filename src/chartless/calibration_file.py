@@ -23,6 +23,7 @@ from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.flags import Flag, Pattern
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
+from chartless.provenance import require_sound
 from chartless.response import (
     ExposureEstimate,
     NoiseError,
@@ -37,6 +38,7 @@ from chartless.types import Floats, JsonObject
 FORMAT, VERSION = "chartless-calibration", 1
 MOST_LEVELS = 1 << 16
 """Levels of the deepest pictures; other programs may write as many."""
+_MOST_BITS = 16
 # A table with more cells than this is left out of the file: it would take megabytes.
 _MOST_CELLS = 200_000
 
@@ -116,11 +118,13 @@ def _calibration(content: JsonObject) -> Calibration:
     if tuple(response.name for response in channels) not in (("Y",), ("R", "G", "B")):
         msg = "its channels are neither Y nor R, G and B"
         raise ValueError(msg)
-    return Calibration(
-        channels=channels,
-        bit_depth=int(content["bit_depth"]),
-        provenance=dict(content["provenance"]),
-    )
+    bit_depth = int(content["bit_depth"])
+    if not 1 <= bit_depth <= _MOST_BITS:
+        msg = f"bit_depth {bit_depth}"
+        raise ValueError(msg)
+    known = dict(content["provenance"])
+    require_sound(known)
+    return Calibration(channels=channels, bit_depth=bit_depth, provenance=known)
 
 
 def _response_to_json(response: Response) -> JsonObject:

@@ -54,7 +54,7 @@ class AffineNoise:
     floor: float
 
     def __post_init__(self) -> None:
-        if not (0 <= self.slope < np.inf and 0 < self.floor < np.inf):
+        if not (0 <= self.slope_8bit < np.inf and 0 < self.floor_8bit < np.inf):
             msg = (
                 f"noise needs a slope >= 0 and a floor > 0, not U = {self.slope_8bit:g}, "
                 f"V = {self.floor_8bit:g}"

@@ -69,11 +69,14 @@ def parsed_times(parts: Sequence[str]) -> list[float] | list[str] | str:
     if len(parts) > 1 and all(part.isalpha() for part in parts):
         return parts
     try:
-        return [float(Fraction(part)) for part in parts]
+        times = [float(Fraction(part) if "/" in part else part) for part in parts]
     except (ValueError, ArithmeticError):
+        times = [math.nan]
+    if not all(map(math.isfinite, times)):
         given = ",".join(parts)[:60]
         msg = f"--times must be numbers or fractions such as 1/30,1/8,1/2, not {given!r}"
-        raise ParameterError(msg) from None
+        raise ParameterError(msg)
+    return times
 
 
 def planned(

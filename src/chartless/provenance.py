@@ -1,7 +1,9 @@
 """Where a calibration is from: what its file says besides the curves."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
+from types import UnionType
+from typing import Any, TypeAlias
 
 from chartless._version import __version__
 from chartless.curves import ModelCurve
@@ -9,7 +11,12 @@ from chartless.frame import FrameSource
 from chartless.response import Response, rmse
 from chartless.types import JsonObject
 
+_Kinds: TypeAlias = Mapping[str, type | UnionType]
+
 _LINEAR = 0.01  # RMSE from a straight line
+_NUMBER = int | float
+_INPUT: _Kinds = {"file": str, "sha256": str}
+_EXPOSURE: _Kinds = {"file": str, "relative": _NUMBER, "black": _NUMBER, "white": _NUMBER}
 
 
 def provenance(
@@ -47,6 +54,36 @@ def provenance(
             *remarks,
         ],
     }
+
+
+def require_sound(known: JsonObject) -> None:
+    """Raise ValueError if something is not as `provenance` makes it; anything may be missing."""
+    settings, remarks = known.get("settings", {}), known.get("remarks", [])
+    if not _are(dict, settings):
+        msg = "its settings should be an object"
+        raise ValueError(msg)
+    if not (_are(list, remarks) and _are(str, *remarks)):
+        msg = "its remarks should be texts"
+        raise ValueError(msg)
+    _require_entries("inputs", known.get("inputs", []), _INPUT)
+    _require_entries("exposures", known.get("exposures") or [], _EXPOSURE)
+    for each in known.get("inputs", []):
+        first, last = each.get("frames", (1, 1))
+        if not _are(int, first, last, each.get("used", 1)):
+            msg = "frames of its inputs should be numbers"
+            raise ValueError(msg)
+
+
+def _require_entries(name: str, entries: Any, kinds: _Kinds) -> None:  # noqa: ANN401 - JSON
+    if not (_are(list, entries) and _are(dict, *entries)) or not all(
+        _are(kind, each.get(key)) for each in entries for key, kind in kinds.items()
+    ):
+        msg = f"its {name} should each have {', '.join(kinds)}"
+        raise ValueError(msg)
+
+
+def _are(kind: type | UnionType, *values: Any) -> bool:  # noqa: ANN401 - JSON
+    return all(isinstance(value, kind) for value in values)
 
 
 def _input(source: FrameSource) -> JsonObject:
