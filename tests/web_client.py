@@ -82,10 +82,14 @@ class Client:
 
     def half_sent(self, name: str, size: int, content: bytes) -> socket.socket:
         """Begin to send a file of that size; closing the connection gives it up."""
+        return self.begun(f"PUT /api/files?name={quote(name)}", size, content)
+
+    def begun(self, line: str, size: int, content: bytes) -> socket.socket:
+        """Connection with a request of that size of which this much was sent."""
         connection = socket.create_connection(("127.0.0.1", self.port))
         cookies = "; ".join(f"{name}={value}" for name, value in self.cookies.items())
         head = (
-            f"PUT /api/files?name={quote(name)} HTTP/1.1",
+            f"{line} HTTP/1.1",
             f"Host: 127.0.0.1:{self.port}",
             "X-Chartless: 1",
             f"Cookie: {cookies}",

@@ -10,7 +10,7 @@ from chartless.cli import main
 from chartless.curve_file import read_curve
 from chartless.errors import CalibrationFileError
 from chartless.images import read_values, write_image
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response, is_foreign
+from chartless.luts import FORMATS, ExportSettings, export_response, import_response, is_calibration
 
 LEVELS = np.arange(256, dtype=np.uint8)
 SAMPLES = "0,0\n0.1,0.4\n.5,0.7\n1,1\n"
@@ -72,7 +72,7 @@ def test_it_is_the_curve_that_fit_reads(text: str, tmp_path: Path) -> None:
 def test_other_texts_are_none(text: str, tmp_path: Path) -> None:
     path = written(tmp_path, text)
 
-    assert not is_foreign(path) or import_response(path).channels[0].method != "curve"
+    assert not is_calibration(path) or import_response(path).channels[0].method != "curve"
 
 
 @pytest.mark.parametrize(

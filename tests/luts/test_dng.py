@@ -18,7 +18,7 @@ from chartless.luts import (
     ExportSettings,
     export_response,
     import_response,
-    is_foreign,
+    is_calibration,
     load_calibration,
 )
 
@@ -162,7 +162,7 @@ def test_a_picture_without_a_table_is_no_calibration(n_bytes: int | None, tmp_pa
     content = (tmp_path / "photo.tif").read_bytes()
     (tmp_path / "photo.tif").write_bytes(content[:n_bytes])
 
-    assert not is_foreign(tmp_path / "photo.tif")
+    assert not is_calibration(tmp_path / "photo.tif")
     with pytest.raises(CalibrationFileError, match="not a calibration file"):
         load_calibration(tmp_path / "photo.tif")
     with pytest.raises(CalibrationFileError, match="is of no known format"):

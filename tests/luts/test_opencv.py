@@ -12,7 +12,7 @@ import pytest
 from chartless.calibration_file import load, save
 from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
-from chartless.luts import OpenCv, import_response, is_foreign
+from chartless.luts import OpenCv, import_response, is_calibration
 from chartless.luts._base import MOST_BYTES, Source
 
 Floats = npt.NDArray[np.float64]
@@ -84,7 +84,7 @@ def test_a_file_of_opencv(name: str, data_path: Path) -> None:
 
     camera = import_response(path)
 
-    assert is_foreign(path)
+    assert is_calibration(path)
     assert [each.name for each in camera.channels] == ["R", "G", "B"]
     for response, column in zip(camera.channels, bgr.T[::-1], strict=True):
         wanted = np.maximum.accumulate(column)[1:]
@@ -105,7 +105,7 @@ def test_matrices_of_few_rows_are_no_response(data_path: Path) -> None:
     for name in ("opencv413_tiny.yml", "opencv413_nan_grey.yml"):
         path = data_path / "format_samples" / name
 
-        assert is_foreign(path)
+        assert is_calibration(path)
         assert "holds no response: give a matrix of 256 × 1" in refused(path)
 
 
@@ -149,7 +149,7 @@ def test_each_language_gives_the_same_curve(suffix: str, n_channels: int, tmp_pa
 
     camera = import_response(path)
 
-    assert is_foreign(path)
+    assert is_calibration(path)
     assert [each.name for each in camera.channels] == (["Y"] if n_channels == 1 else list("RGB"))
     wanted = table(n_channels).T[::-1]
     for response, column in zip(camera.channels, wanted, strict=True):
@@ -230,7 +230,7 @@ def test_line_ends_of_windows_and_a_byte_order_mark(tmp_path: Path) -> None:
     text = text_of("yml", response=table())
     path.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
 
-    assert is_foreign(path)
+    assert is_calibration(path)
     assert len(import_response(path).channels) == 3
 
 
@@ -244,7 +244,7 @@ def test_it_is_kept_as_a_calibration_file(tmp_path: Path) -> None:
         lut = again.channel(name).inverse_lut
         assert lut == pytest.approx(camera.channel(name).inverse_lut, abs=1e-12)
     assert again.channels[0].method == "opencv"
-    assert not is_foreign(tmp_path / "camera.json")
+    assert is_calibration(tmp_path / "camera.json")
 
 
 # Refusals
@@ -320,7 +320,7 @@ def test_a_file_too_large_is_not_read(tmp_path: Path) -> None:
         file.truncate(MOST_BYTES + 1)
 
     assert "larger than any response curve" in refused(path)
-    assert not is_foreign(path)
+    assert not is_calibration(path)
 
 
 def test_a_long_file_is_not_parsed(tmp_path: Path) -> None:

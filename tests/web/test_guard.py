@@ -26,6 +26,14 @@ def test_a_name_of_theirs_for_our_address(client: Client, host: str, path: str) 
     assert b"<html" not in answer.body
 
 
+@pytest.mark.parametrize("odd", ['{"a": 1}', "a b", "é"])
+def test_cookies_of_another_port_do_not_matter(client: Client, odd: str) -> None:
+    """All ports of a computer share them."""
+    client.cookies = {"other": odd, **client.cookies}
+
+    assert client.ask("GET", "/api/state").status == 200
+
+
 @pytest.mark.parametrize(("method", "path"), CHANGES)
 @pytest.mark.parametrize(
     "headers",

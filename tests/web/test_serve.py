@@ -146,7 +146,7 @@ def test_another_address_takes_a_token(start: Start) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_what_is_sent_takes_no_memory_of_the_server(start: Start) -> None:
-    """A picture in 1 kB that is decoded to tell its size, bytes of nothing, a table of 72 MB."""
+    """A picture in 1 kB that is decoded to tell its size, bytes of nothing, a table of 8 MB."""
     server = start()
     client = server.client
     client.put("a.txt", b"no picture")
@@ -157,7 +157,7 @@ def test_what_is_sent_takes_no_memory_of_the_server(start: Start) -> None:
     assert client.put("a.jp2", picture.getvalue()).status == 201
     assert client.put("a.bin", bytes(50_000_000)).status == 422
 
-    key = client.put("table.json", calibration_of_levels(3000)).json["id"]
+    key = client.put("table.json", calibration_of_levels(1024)).json["id"]
     assert client.finished(key)["error"] == ""
     assert client.ask("GET", f"/api/cameras/{key}/export/cube").status == 200
     assert client.ask("GET", f"/api/comparison?cameras={key}").status == 200
@@ -219,6 +219,35 @@ def test_many_connections_that_say_nothing(start: Start) -> None:
             opened.enter_context(socket.create_connection(("127.0.0.1", client.port)))
 
         assert client.ask("GET", "/").status == 200
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="sets limits of another process")
+def test_more_connections_than_the_computer_has_room_for(start: Start) -> None:
+    resource = pytest.importorskip("resource")
+    server = start()
+    client = server.client
+    resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (40, 40))
+    with contextlib.ExitStack() as opened:
+        for _ in range(60):
+            opened.enter_context(socket.create_connection(("127.0.0.1", client.port)))
+
+    assert client.ask("GET", "/").status == 200
+    assert server.end(signal.SIGINT)[::2] == (0, "")
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
+def test_without_the_process_that_clears_it_is_cleared(start: Start) -> None:
+    server = start()
+    assert server.client.state == {"files": [], "cameras": []}
+    (janitor,) = (
+        each
+        for each in workers(server.folder)
+        if b"_janitor" in Path(f"/proc/{each}/cmdline").read_bytes()
+    )
+    os.kill(janitor, signal.SIGKILL)
+
+    assert server.end(signal.SIGINT)[::2] == (0, "")
+    assert server.is_cleared()
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from web_client import serving
 
-from chartless.web import _workers
+from chartless.web import _worker, _workers
 from chartless.web._workers import TaskError, Workers
 
 Use = Callable[[Workers], Awaitable[Any]]
@@ -102,6 +102,29 @@ class TestPuppets:
 
         assert run(use, tmp_path)["pid"]
 
+    def test_none_is_forgotten_when_another_breaks_at_the_same_time(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        started, start = [], asyncio.create_subprocess_exec
+
+        async def slow_from_the_third(*arguments: str, **settings: Any) -> Any:
+            started.append(await start(*arguments, **settings))
+            await asyncio.sleep(1 if len(started) > 2 else 0)
+            return started[-1]
+
+        async def use(workers: Workers) -> None:
+            await workers.run_briefly(pid())  # the one that breaks is quick, the other begins
+            broken = task({"failed": "no memory", "broken": True})
+            await asyncio.gather(
+                workers.run(broken, print), workers.run_briefly(pid()), return_exceptions=True
+            )
+
+        monkeypatch.setattr(_workers.asyncio, "create_subprocess_exec", slow_from_the_third)
+        run(use, tmp_path)
+
+        assert len(started) > 1
+        assert all(each.returncode is not None for each in started)
+
     def test_one_that_ended_while_it_waited_is_not_missed(self, tmp_path: Path) -> None:
         async def use(workers: Workers) -> Any:
             waiting = workers._waiting
@@ -126,6 +149,13 @@ class TestPuppets:
             return process.returncode
 
         assert run(use, tmp_path) == -9
+
+
+def test_what_the_computer_cannot_do_is_told_without_its_paths(tmp_path: Path) -> None:
+    answer = _worker._answer({"task": "look", "folder": str(tmp_path / "gone")}, print)
+
+    assert "No such file" in answer["failed"]
+    assert str(tmp_path) not in answer["failed"]
 
 
 def test_without_processes_a_calibration_fails_and_says_so(

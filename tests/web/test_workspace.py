@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import shutil
 import struct
 import sys
 import time
@@ -14,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from web_client import Client, serving
+from web_client import PATIENCE, Client, serving
 
 from chartless import load
 from chartless.cli import main
-from chartless.web import Limits
+from chartless.web import Limits, _app
 
 
 def png_claiming(width: int, height: int) -> bytes:
@@ -91,6 +92,7 @@ class TestHarm:
         answer = client.put("a.png", frames[0].read_bytes())
 
         assert answer.status == 507
+        assert "make room" not in answer.error
         assert not target.exists()
 
     @pytest.mark.parametrize(
@@ -201,6 +203,14 @@ class TestLimits:
             answer = strict_client.put("c.png", bytes(199_000))
 
         assert answer.status == 413
+
+    def test_a_file_of_which_the_rest_does_not_come(
+        self, client: Client, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(_app, "_PATIENCE", 0.2)
+        with client.half_sent("a.png", 1000, b"1") as connection:
+            connection.settimeout(PATIENCE)
+            assert connection.recv(100).startswith(b"HTTP/1.1 408 ")
 
     def test_a_calibration_too_large(self, tmp_path: Path) -> None:
         limits = Limits(calibration_bytes=1000)
@@ -421,6 +431,16 @@ class TestCalibrations:
         assert sorted(each.name for each in next(folder).iterdir()) == [
             "camera.json", "report.html",
         ]  # fmt: skip
+
+    def test_a_result_removed_while_it_is_asked_for(self, client: Client, desk: Path) -> None:
+        """Also then no path of this computer is told, and no disk is full."""
+        key = client.put("a.cube", b"LUT_1D_SIZE 2\n0 0 0\n1 1 1\n").json["id"]
+        assert client.finished(key)["state"] == "done"
+        shutil.rmtree(next(desk.glob(f"*/camera-{key}")))
+
+        for name in ("camera.json", "report.html", "export/cube"):
+            answer = client.ask("GET", f"/api/cameras/{key}/{name}")
+            assert (answer.status, answer.error) == (404, "It was removed in the meantime.")
 
     def test_files_removed_take_room_as_long_as_they_are_read(
         self, strict_client: Client, frames: list[Path]

@@ -13,7 +13,7 @@ from chartless.luts._base import ExportSettings as ExportSettings
 from chartless.luts._exchange import encode_response as encode_response
 from chartless.luts._exchange import export_response as export_response
 from chartless.luts._exchange import import_response as import_response
-from chartless.luts._exchange import is_foreign as is_foreign
+from chartless.luts._exchange import is_calibration as is_calibration
 from chartless.luts._exchange import load_calibration as load_calibration
 
 from chartless.luts.opencv import OpenCv as OpenCv  # isort: skip

@@ -14,6 +14,8 @@ from chartless.types import Floats32, JsonObject
 
 MOST_BYTES = 1 << 24
 """The longest look-up tables have some 10 MB as text."""
+HEAD = 4096
+"""Bytes that formats are recognised by, as text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,7 @@ class Source:
     @property
     def head(self) -> str:
         """First characters as text, whatever the content: to recognise a format by."""
-        return self.content[:4096].decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
+        return self.content[:HEAD].decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
 
     def provenance(self, method: str) -> JsonObject:
         """Where a calibration came from that another program made."""

@@ -12,6 +12,7 @@ from chartless.calibration_file import FORMAT, load
 from chartless.errors import CalibrationFileError, ChartlessError, ParameterError
 from chartless.luts._base import (
     FORMATS,
+    HEAD,
     AbstractFormat,
     Encoded,
     ExportSettings,
@@ -146,11 +147,14 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
     return load(path) if found is None else _decoded(found, source)
 
 
-def is_foreign(path: str | os.PathLike[str]) -> bool:
-    """Whether a format here recognises the file; False if it cannot be read."""
+def is_calibration(path: str | os.PathLike[str]) -> bool:
+    """Whether `load_calibration` takes the file for one; False if it cannot be read."""
+    path = Path(path)
     try:
-        return recognised(Source.read(Path(path))) is not None
-    except CalibrationFileError:
+        with path.open("rb") as file:
+            head = Source(path, file.read(HEAD))
+        return _is_own(head) or recognised(Source.read(path)) is not None
+    except (OSError, CalibrationFileError):
         return False
 
 

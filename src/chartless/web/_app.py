@@ -1,6 +1,7 @@
 """What each address of the page does."""
 
 import asyncio
+import errno
 import json
 import secrets
 import time
@@ -28,6 +29,8 @@ from chartless.web._workspace import ROLES, Camera, LimitError, Workspace
 Handler = Callable[[Request, Workspace], Awaitable[Response]]
 
 _LARGEST_OPTIONS = 10_000  # bytes
+_PATIENCE = 60.0  # seconds for the next bytes of a file or frame
+_FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
 _REPORT_POLICY = (
     "sandbox allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 )
@@ -96,6 +99,7 @@ def make_app(
         exception_handlers={
             LimitError: _too_much,
             ChartlessError: _bad_input,
+            FileNotFoundError: _removed,
             OSError: _impossible,
             ClientDisconnect: _gone,
             HTTPException: _http_error,
@@ -179,7 +183,7 @@ async def _state(_: Request, workspace: Workspace) -> Response:
 
 
 async def _add_file(request: Request, workspace: Workspace) -> Response:
-    added = await workspace.upload(request.query_params.get("name", ""), request.stream())
+    added = await workspace.upload(request.query_params.get("name", ""), _chunks(request))
     return JSONResponse({"id": added.id, "is_camera": isinstance(added, Camera)}, 201)
 
 
@@ -215,15 +219,19 @@ async def _remove_camera(request: Request, workspace: Workspace) -> Response:
 
 async def _calibration(request: Request, workspace: Workspace) -> Response:
     path = _finished(workspace, request.path_params["camera"]).folder / "camera.json"
-    return FileResponse(path, media_type="application/json", filename="camera.json")
+    return FileResponse(
+        path, media_type="application/json", filename=path.name, stat_result=path.stat()
+    )
 
 
 async def _report(request: Request, workspace: Workspace) -> Response:
     """The report; to keep with ?keep."""
     path = _finished(workspace, request.path_params["camera"]).folder / "report.html"
     headers = {"content-security-policy": _REPORT_POLICY}
-    name = "report.html" if "keep" in request.query_params else None
-    return FileResponse(path, media_type="text/html", filename=name, headers=headers)
+    name = path.name if "keep" in request.query_params else None
+    return FileResponse(
+        path, media_type="text/html", filename=name, headers=headers, stat_result=path.stat()
+    )
 
 
 async def _export(request: Request, workspace: Workspace) -> Response:
@@ -248,16 +256,15 @@ async def _begin_live(_: Request, workspace: Workspace) -> Response:
 
 async def _add_live_frame(request: Request, workspace: Workspace) -> Response:
     shape, until = _live_shape(request)
-    view = _live(request, workspace)
-    async with view.lock:  # before the frame is read, so that there is never more than one
+    async with workspace.live_lock:  # before the frame is read: there is never more than one
+        view = _live(request, workspace)
         content = await _content(request, shape.n_bytes)
         return JSONResponse(await asyncio.to_thread(view.add, content, shape, until))
 
 
 async def _save_live(request: Request, workspace: Workspace) -> Response:
-    view = _live(request, workspace)
-    async with view.lock:
-        calibration = await asyncio.to_thread(view.calibration)
+    async with workspace.live_lock:
+        calibration = await asyncio.to_thread(_live(request, workspace).calibration)
     camera = workspace.keep("camera, live", to_text(calibration))
     return JSONResponse({"id": camera.id}, 202)
 
@@ -304,11 +311,25 @@ async def _options(request: Request) -> dict[str, Any]:
 async def _content(request: Request, most: int) -> bytes:
     """Content of a request of at most so many bytes."""
     content = bytearray()
-    async for chunk in request.stream():
+    async for chunk in _chunks(request):
         content += chunk
         if len(content) > most:
             raise HTTPException(413, "This is more than the page sends.")
     return bytes(content)
+
+
+async def _chunks(request: Request) -> AsyncIterator[bytes]:
+    """Content of a request as it comes; of a browser that is gone without a word no more does."""
+    chunks = request.stream()
+    while True:
+        try:
+            async with asyncio.timeout(_PATIENCE):
+                chunk = await anext(chunks)
+        except TimeoutError as error:
+            raise HTTPException(408, "The rest of it did not come: send it again.") from error
+        if not chunk:
+            return
+        yield chunk
 
 
 def _error(status: int, text: str) -> Response:
@@ -323,9 +344,15 @@ async def _bad_input(_: Request, error: Exception) -> Response:
     return _error(422, str(error))
 
 
+async def _removed(_: Request, __: Exception) -> Response:
+    return _error(404, "It was removed in the meantime.")
+
+
 async def _impossible(_: Request, error: Exception) -> Response:
-    what = error.strerror if isinstance(error, OSError) else error
-    return _error(507, f"the computer cannot do it now ({what}): make room on the disk")
+    """Without the error's own text, which has a path of this computer."""
+    remedy = "make room on the disk" if getattr(error, "errno", None) in _FULL else "try again"
+    what = getattr(error, "strerror", None) or error
+    return _error(507, f"the computer cannot do it now ({what}): {remedy}")
 
 
 async def _gone(_: Request, __: Exception) -> Response:

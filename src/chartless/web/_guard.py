@@ -7,10 +7,10 @@ scripts of our own page can set, and no other site may show, embed or read an an
 """
 
 import secrets
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlencode
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import cookie_parser
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -116,8 +116,5 @@ class Guard:
 
 def cookie_of(scope: Scope, name: str) -> str:
     """Value of a cookie that a request brings; empty if it has none."""
-    try:
-        cookies = SimpleCookie(Headers(scope=scope).get("cookie", ""))
-    except CookieError:
-        return ""
-    return cookies[name].value if name in cookies else ""
+    # Not http.cookies, which drops all if one is odd, as those of another port may be.
+    return cookie_parser(Headers(scope=scope).get("cookie", "")).get(name, "")

@@ -1,6 +1,5 @@
 """The live view: frames that the browser takes from its camera, and the curve that they give."""
 
-import asyncio
 import secrets
 import time
 from pathlib import Path
@@ -61,14 +60,12 @@ def frame_of(content: bytes, shape: Shape) -> Frame:
 
 
 class LiveView:
-    """Evidence of one browser's camera, and the latest curve."""
+    """Evidence of one browser's camera, and the latest curve; for one thread at a time."""
 
     def __init__(self) -> None:
         self.id = secrets.token_hex(8)
         self._evidence = LiveEvidence()
         self._drawn = 0.0
-        self.lock = asyncio.Lock()
-        """Held by who sends a frame or asks for the calibration."""
 
     def add(self, content: bytes, shape: Shape, until: float) -> JsonObject:
         """Count a frame; what the page shows, with the curve if it was drawn anew.

@@ -2,7 +2,9 @@
 
 import contextlib
 import ipaddress
+import logging
 import secrets
+import shutil
 import signal
 import socket
 import subprocess
@@ -79,6 +81,7 @@ def serve(
             opener = Timer(_UNTIL_OPEN, webbrowser.open, (address,))
             opener.daemon = True
             opener.start()
+        logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # as Uvicorn's
         server = uvicorn.Server(
             uvicorn.Config(
                 app,
@@ -158,6 +161,7 @@ def _folder() -> Iterator[Path]:
         if janitor.stdin is not None:
             janitor.stdin.close()
         janitor.wait()
+        shutil.rmtree(folder, ignore_errors=True)  # it may have been killed
 
 
 @contextlib.contextmanager

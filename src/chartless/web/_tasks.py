@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from chartless.calibration import Calibration
-from chartless.calibration_file import FORMAT, load, save
+from chartless.calibration_file import load, save
 from chartless.errors import ImageError
 from chartless.frame import Frame
 from chartless.images import is_raw, is_video, read_settings, read_size
@@ -18,7 +18,7 @@ from chartless.luts import (
     FORMATS,
     ExportSettings,
     export_response,
-    is_foreign,
+    is_calibration,
     load_calibration,
 )
 from chartless.report import comparison, example_frame
@@ -31,7 +31,6 @@ Say = Callable[[JsonObject], None]
 """Called with how far a task is: ``stage`` and ``share``, 0 … 1."""
 
 _INTERVAL = 0.1  # seconds between two reports of progress
-_HEAD = 4096  # bytes
 _RESULTS = Path("..")  # of a camera, beside the folder of what it is made from
 
 
@@ -52,7 +51,7 @@ def _look(task: JsonObject, _: Say) -> JsonObject:
     try:
         width, height = read_size(path)
     except ImageError:
-        if not _is_calibration(path):
+        if not is_calibration(path):
             raise
         if path.stat().st_size > task["most_bytes"]:
             msg = "is larger than any calibration: give the pictures that it is made from"
@@ -62,12 +61,6 @@ def _look(task: JsonObject, _: Say) -> JsonObject:
         msg = f"has {width} × {height} pixels, larger than this page takes: crop it"
         raise ImageError(str(path), msg)
     return {"kind": "picture", "pixels": (width, height)}
-
-
-def _is_calibration(path: Path) -> bool:
-    with path.open("rb") as file:
-        is_own = FORMAT.encode() in file.read(_HEAD)
-    return is_own or is_foreign(path)
 
 
 def _calibrate(task: JsonObject, say: Say) -> JsonObject:

@@ -59,6 +59,9 @@ def _answer(task: "JsonObject", say: "Say") -> "JsonObject":
     except MemoryError:
         text = "that takes more memory than there is: give smaller or fewer frames"
         return {"failed": text, "broken": True}
+    except OSError as error:  # its own text has a path of this computer
+        text = f"the computer cannot do it now ({error.strerror or error}): try again"
+        return {"failed": text, "broken": True}
     except Exception as error:  # noqa: BLE001 - the page says it, in one line
         text = _line(f"internal error: {type(error).__name__}: {error}")
         return {"failed": f"{text}; please report it", "broken": True}

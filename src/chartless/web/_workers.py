@@ -46,8 +46,7 @@ class Workers:
 
     async def start(self) -> None:
         """Let a process wait for the first task."""
-        if self._waiting is None:
-            self._waiting = await self._new()
+        self._waiting = await self._new()
 
     async def stop(self) -> None:
         """End the process that waits. Others end when their tasks are cancelled."""
@@ -89,7 +88,6 @@ class Workers:
                 await _end(process)
             else:
                 self._waiting = process
-            await self.start()
         return answer
 
     async def _new(self) -> Process:

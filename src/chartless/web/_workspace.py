@@ -101,6 +101,8 @@ class Workspace:
     uploads: dict[str, Upload] = field(default_factory=dict)
     cameras: dict[str, Camera] = field(default_factory=dict)
     live: LiveView | None = None
+    live_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held by who sends a live frame or asks for the calibration."""
     last_used: float = 0.0
     _arriving: dict[str, int] = field(default_factory=dict)
     """Bytes so far of files that are being sent, by name."""
@@ -231,7 +233,7 @@ class Workspace:
         Raises
         ------
         ChartlessError
-            If there are no frames, or an option is no good.
+            If there are no frames, too many results, or an option is no good.
         """
         arguments = _arguments(options)
         by_role: dict[str, list[str]] = {"frame": [], "dark": [], "raw": [], "unused": []}
@@ -295,7 +297,8 @@ class Workspace:
         except TaskError as error:
             camera.error = str(error)
         except Exception as error:  # noqa: BLE001 - else the page would wait for ever
-            camera.error = f"the calculation could not be run ({error}): try again"
+            what = getattr(error, "strerror", None) or error  # without a path
+            camera.error = f"the calculation could not be run ({what}): try again"
         finally:
             shutil.rmtree(camera.given, ignore_errors=True)
 
