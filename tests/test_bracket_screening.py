@@ -38,6 +38,7 @@ def evidence(*rows: Counts, **changes: Any) -> BracketEvidence:
         "histograms": {"Y": np.stack(rows)},
         "checks": (STILL,) * (number - 1),
         "overlaps": (0.5,) * (number - 1),
+        "brightenings": (0.3,) * (number - 1),
         "bit_depth": 8,
         "sources": tuple(FrameSource(Path(f"{place}.jpg"), "", ()) for place in range(number)),
     }
@@ -104,6 +105,25 @@ def test_a_longer_exposure_that_is_darker(order: tuple[int, int]) -> None:
 def test_a_longer_exposure_may_be_a_little_darker(share: float) -> None:
     """Moving clouds; below 0.7 of the mean level it is a mistake."""
     screen_bracket(evidence(spread(1, 200), spread(1, round(200 * share) - 50 * (share > 1))))
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)], ids=str)
+def test_exposures_that_are_the_same(order: tuple[int, int]) -> None:
+    """Whose times were mistaken: a curve from them would be wrong, and sure of itself."""
+    times = np.log([1.0, 2.0])[list(order)]
+
+    line = refusal(evidence(*2 * [spread(1, 254)], log_exposures=times, brightenings=(0.01,)))
+
+    longer, shorter = (f"{order.index(place)}.jpg" for place in (1, 0))
+    assert line.startswith(f"{longer} is hardly brighter than {shorter}, though its exposure is ")
+    assert "said to be 2 times as long" in line
+    assert "--evidence noise" in line
+
+
+def test_exposures_that_share_nothing_may_not_be_compared() -> None:
+    rows = [spread(1, 254), spread(1, 254), spread(1, 254)]
+
+    assert screen_bracket(evidence(*rows, brightenings=(0.3, 0.0), overlaps=(0.5, 0.0)))
 
 
 def test_no_overlap() -> None:

@@ -228,6 +228,7 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
             "2.jpg: its EXIF exposure is 2.0 stops from --times: .* add --evidence bracket",
         ),
         (BRACKET, {"times": [16, 4, 1]}, ParameterError, "stops from --times"),
+        (SAME[:2], {"times": [1, 2]}, ParameterError, "its EXIF exposure is 1.0 stops from --ti"),
         (SILENT, {"kind": "bracket"}, UnfitFramesError, "the files do not tell their exposures"),
         (SILENT, {"kind": "both"}, UnfitFramesError, "give --times, such as --times 1,2,4"),
         (SAME, {"kind": "bracket"}, UnfitFramesError, "a bracket needs two or more frames"),

@@ -11,6 +11,7 @@ a gamut, a film look) moves red, green and blue against each other; of neutral p
 moves none. Where the scene has no greys, colours still tell.
 """
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -28,6 +29,8 @@ from chartless.types import Bools, Counts, Floats, Floats32, Levels
 
 MOST_LEVELS = 256
 """Levels at which exposures are compared; a finer curve is interpolated."""
+LEAST_STEP = math.log(1.05)
+"""Of ln of the exposure; below, two exposures are as good as one."""
 SAMPLE = 1 << 18
 """Pixels of a frame that are kept, at most."""
 GREY_PIXELS, COLOURED_PIXELS = 1000.0, 100.0
@@ -37,7 +40,6 @@ COLOURED_TRUST = 0.1
 NEUTRAL = 0.12
 """Difference of the largest and the least channel, as a share of the largest, of a grey pixel."""
 _APART = (1, 2, 3)  # steps of exposure between those that are compared
-_LEAST_STEP = np.log(1.05)  # of exposure: below, two exposures are as good as one
 _SAME_RATIO = 1e-3  # relative
 _DARK, _BRIGHT = 0.08, 0.96  # levels from which the cast of the light is read
 _LEAST_CAST = 100  # pixels
@@ -60,6 +62,9 @@ class BracketEvidence:
     """One for each exposure and the next, their levels brought together."""
     overlaps: tuple[float, ...]
     """Share of usable pixels that are neither black nor white in an exposure and the next."""
+    brightenings: tuple[float, ...]
+    """ln of the mean level of such pixels in the next exposure over that in an exposure; 0 if there
+    are none."""
     bit_depth: int
     """Of the frames as read."""
     sources: tuple[FrameSource, ...]
@@ -179,6 +184,7 @@ def bracket_evidence(
         histograms=stacked,
         checks=tuple(checks),
         overlaps=tuple(_overlap(one, other, n_levels) for one, other in pairwise(samples)),
+        brightenings=tuple(_brightening(one, other, n_levels) for one, other in pairwise(samples)),
         bit_depth=first.bit_depth,
         sources=tuple(sources),
     )
@@ -195,6 +201,14 @@ def _inner(sample: _Sample, n_levels: int) -> Bools:
 def _overlap(one: _Sample, other: _Sample, n_levels: int) -> float:
     both = _inner(one, n_levels) & _inner(other, n_levels)
     return float(both.sum() / max((one.usable & other.usable).sum(), 1))
+
+
+def _brightening(one: _Sample, other: _Sample, n_levels: int) -> float:
+    both = _inner(one, n_levels) & _inner(other, n_levels)
+    if not both.any():
+        return 0.0
+    before, after = (sum(int(v[both].sum()) for v in each.levels.values()) for each in (one, other))
+    return float(np.log(after / before))
 
 
 def _guessed(samples: list[_Sample], n_levels: int) -> Floats:
@@ -257,7 +271,7 @@ def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:
     """Numbers of a shorter and a longer exposure that are compared."""
     order = np.argsort(log_exposures, kind="stable")
     steps = [(a, b) for apart in _APART for a, b in zip(order, order[apart:], strict=False)]
-    return [(int(a), int(b)) for a, b in steps if log_exposures[b] - log_exposures[a] > _LEAST_STEP]
+    return [(int(a), int(b)) for a, b in steps if log_exposures[b] - log_exposures[a] > LEAST_STEP]
 
 
 def _sample(
