@@ -60,3 +60,29 @@ def test_rmse_is_the_distance_of_two_curves():
     assert rmse(root, square) == pytest.approx(np.sqrt(9 / 70), rel=1e-3)
     assert rmse(root, square) == rmse(square, root)
     assert rmse(root, root) == 0
+
+
+def test_in_a_terminal_it_is_one_line(response: Response):
+    flagged = replace(response, status=Status.CONVERGED).with_flags(Flag.CLIPPED)
+
+    assert (
+        repr(flagged)
+        == f"<Response {response.name}: {response.method}, 256 levels, converged, clipped>"
+    )
+
+
+def test_misfit_of_exposures_is_how_far_their_light_is_from_their_ratio(response: Response):
+    """By the square root a quarter of the light is half of the level."""
+    exact = SeenTransfer(4.0, (100.0, 200.0), (50.0, 100.0))
+    off = SeenTransfer(4.0 * np.exp(0.1), (100.0, 200.0, 220.0), (50.0, 100.0, 110.0))
+    unseen = SeenTransfer(16.0, (), ())
+
+    def misfit(*transfers: SeenTransfer) -> float | None:
+        exposures = ExposureEstimate((1.0, 4.0), 0.0, 0.0, transfers)
+        return replace(response, exposures=exposures).exposure_misfit
+
+    assert misfit(exact, unseen) == pytest.approx(0)
+    assert misfit(off, unseen) == pytest.approx(0.1)
+    assert misfit(exact, off) == pytest.approx(0.1)
+    assert misfit(unseen) is None
+    assert response.exposure_misfit is None

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from chartless import AffineNoise, ModelCurve, Response
 from chartless.flags import Flag
-from chartless.response import Status
+from chartless.response import ExposureEstimate, SeenTransfer, Status
 from chartless.verdict import GOOD_BAND, GRAVE, WORST_BAND, WORST_DEVIANCE, Grade, verdict
 
 
@@ -53,6 +53,29 @@ def test_the_wider_the_band_the_less_trust(band: float) -> None:
         int(std > GOOD_BAND) + int(std > WORST_BAND)
     ]
     assert grade is expected
+
+
+@pytest.mark.parametrize(
+    ("misfits", "grade"),
+    [
+        ((0.04, 0.04, 0.04), Grade.GOOD),
+        ((0.06, 0.06, 0.06), Grade.CARE),
+        ((0.04, 0.04, 0.09), Grade.GOOD),
+        ((0.04, 0.06, 0.09), Grade.CARE),
+    ],
+)
+def test_exposures_whose_light_is_not_their_ratio(misfits: tuple[float, ...], grade: Grade) -> None:
+    """Of three channels the middle one decides."""
+    channels = []
+    for name, misfit in zip("RGB", misfits, strict=True):
+        seen = SeenTransfer(4 * np.exp(misfit), (100.0, 200.0), (50.0, 100.0))
+        exposures = ExposureEstimate((1.0, 4.0), 0.0, 0.0, (seen,))
+        channels.append(response_of(name, exposures=exposures))
+
+    judged = verdict(channels)
+
+    assert judged.grade is grade
+    assert ("6.0% from their ratio" in str(judged)) == (grade is Grade.CARE)
 
 
 def test_the_band_is_the_root_mean_square_over_the_levels() -> None:

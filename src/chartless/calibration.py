@@ -107,6 +107,11 @@ class Calibration:
             brightness[:, c] = curve.response(planes[:, c])
         return brightness.reshape(irradiance.shape)
 
+    def __repr__(self) -> str:
+        """One line for each channel."""
+        rows = "".join(f"\n  {each!r}" for each in self.channels)
+        return f"<Calibration of {self.bit_depth}-bit frames:{rows}>"
+
     def _repr_html_(self) -> str:
         from chartless.report import card
 

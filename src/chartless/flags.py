@@ -166,8 +166,8 @@ class Flag(_Advice):
     SEARCH_UNFINISHED = (
         "search-unfinished",
         (
-            "the search was still improving when it stopped: trust the curve less; --method ism-… "
-            "goes on with more --rounds"
+            "the search was still improving when it stopped: trust the curve less, or give more "
+            "--rounds to a --method ism-…"
         ),
     )
 

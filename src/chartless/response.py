@@ -50,6 +50,9 @@ class NoiseError:
         return cls(float(slope), float(floor), float(covariance[0, 1] / (slope * floor)))
 
 
+_DARKEST = 1e-12  # of irradiance, for its logarithm
+
+
 @dataclass(frozen=True, slots=True)
 class SeenTransfer:
     """Which level of an exposure follows which of a longer one, for plots."""
@@ -60,6 +63,14 @@ class SeenTransfer:
     """Levels of the longer exposure."""
     lower: tuple[float, ...]
     """Median level of the same pixels in the shorter one."""
+
+    def apart(self, curve: AbstractCurve, n_levels: int) -> Floats:
+        """Ln of the light of both by the curve, less that of the ratio; shape of `upper`."""
+        longer, shorter = (
+            np.log(np.maximum(curve.inverse(np.array(levels) / (n_levels - 1)), _DARKEST))
+            for levels in (self.upper, self.lower)
+        )
+        return np.asarray(longer - shorter - np.log(self.ratio))
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +178,18 @@ class Response:
         """Brightness f on a uniform grid of irradiance, shape (1024,), 0 … 1."""
         return self.curve.response(UNIFORM_IRRADIANCE)
 
+    @property
+    def exposure_misfit(self) -> float | None:
+        """Goodness of fit of a bracket, 0 if the curve explains it.
+
+        How far the light of two exposures is from their ratio: relative, in the median. None where
+        the method does not tell what they show.
+        """
+        if self.exposures is None or not any(each.upper for each in self.exposures.transfers):
+            return None
+        apart = [each.apart(self.curve, self.n_levels) for each in self.exposures.transfers]
+        return float(np.median(np.abs(np.concatenate(apart))))
+
     def at_levels(self, n_levels: int) -> "Response":
         """Return the same curve for frames of another number of levels; without the evidence."""
         last = self.n_levels - 1
@@ -184,6 +207,11 @@ class Response:
             exposures=None if self.exposures is None else self.exposures.scaled(scale),
             table=None,
         )
+
+    def __repr__(self) -> str:
+        """One line: tables of hundreds of levels tell nothing in a terminal."""
+        what = (self.method, f"{self.n_levels} levels", self.status.value)
+        return f"<Response {self.name}: {', '.join((*what, *(each.code for each in self.flags)))}>"
 
     def _repr_html_(self) -> str:
         from chartless.report import card

@@ -279,8 +279,9 @@ def unfit(check: PairCheck) -> str | None:
         )
     if check.drift > LARGE and check.drift_share > GROSS:
         return (
-            f": the brightness changed ({check.drift:.0%} of the levels): fix exposure "
-            "and white balance by hand and use steady light; of a bracket, give --times"
+            f": the brightness changed ({check.drift:.0%} of the levels), or they show different "
+            "scenes: fix exposure and white balance by hand and use steady light; of a bracket, "
+            "give --times, or --times unknown"
         )
     if check.outliers > MOST_MOVERS:
         return (
@@ -349,8 +350,8 @@ def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:
     if drift > GROSS:
         msg = (
             f"channel {name}: the brightness changed between frames ({drift:.0%} of their "
-            "difference): fix exposure and white balance by hand and use steady light; of a "
-            "bracket, give --times"
+            "difference), or they show different scenes: fix exposure and white balance by hand "
+            "and use steady light; of a bracket, give --times, or --times unknown"
         )
         raise UnfitFramesError(msg)
     doubts = (

@@ -22,6 +22,10 @@ WORST_BAND = 0.045
 (docs/brackets.md)."""
 WORST_DEVIANCE = 2.0
 """Misfit, in multiples of chance, up to which the band held in simulated cameras."""
+WORST_EXPOSURE_MISFIT = 0.05
+"""Of the light of two exposures from their ratio, up to which a bracket is good. Of nine measured
+cameras the four that are good are off by 0.0054 at most, the others by up to 0.0147
+(docs/brackets.md)."""
 GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.NOT_MONOTONE})
 """Flags with which the band does not hold: MISFIT above `WORST_DEVIANCE` or where that is unknown,
 and the others always."""
@@ -62,7 +66,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     """Judge the channels of a camera by the worst of them.
 
     Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
-    with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, or of which
+    with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, that leaves
+    more than `WORST_EXPOSURE_MISFIT` between exposures, in the median of the channels, or of which
     no error or no goodness of fit is known. Others are good.
 
     Parameters
@@ -101,6 +106,13 @@ def verdict(channels: Sequence[Response]) -> Verdict:
         doubtful.append("How sure the curve is, is not known.")
     if any(_is_untested(response) for response in channels):
         doubtful.append("Whether curve and noise explain the pictures was not tested.")
+    apart = _exposure_misfit(channels)
+    if apart > WORST_EXPOSURE_MISFIT:
+        doubtful.append(
+            f"The light of two exposures is {apart:.1%} from their ratio in the median, of good "
+            f"brackets {WORST_EXPOSURE_MISFIT:.0%} or less: the camera may have set white balance "
+            "or tone anew."
+        )
     if other:
         doubtful.append(f"Doubtful: {_listed(other)}.")
     grade = Grade.DISTRUST if bad else Grade.CARE if doubtful else Grade.GOOD
@@ -112,6 +124,12 @@ def _grave(response: Response) -> set[Flag]:
     return {
         flag for flag in response.flags if flag in GRAVE and not (slight and flag is Flag.MISFIT)
     }
+
+
+def _exposure_misfit(channels: Sequence[Response]) -> float:
+    """In the median of the channels: fewer levels of one may be seen, and be noisier."""
+    known = [each.exposure_misfit for each in channels]
+    return float(np.median([each for each in known if each is not None] or [0.0]))
 
 
 def _is_untested(response: Response) -> bool:

@@ -13,6 +13,7 @@ import typer
 from typer.exceptions import Abort, TyperException
 
 from chartless._version import __version__
+from chartless.cli._terminal import print_line
 from chartless.cli.calibrate import calibrate
 from chartless.cli.compare import compare
 from chartless.cli.data import app as data
@@ -105,7 +106,7 @@ def _fail(message: str, given: list[str], status: int) -> int:
         traceback.print_exc()
     line = " ".join(message.split())
     with contextlib.suppress(OSError):  # of a full disk or a closed pipe
-        print(f"chartless: error: {line}", file=sys.stderr)
+        print_line(f"chartless: error: {line}", sys.stderr)
         if "--json" in given:
             print(json.dumps({"error": line}), flush=True)
     return status

@@ -1,11 +1,13 @@
 """What people see while they wait and when it is done."""
 
 import json
+import shutil
 import sys
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from textwrap import fill
+from typing import TYPE_CHECKING, TextIO
 
 from chartless.errors import ParameterError
 
@@ -63,7 +65,15 @@ def naming(path: Path) -> Iterator[None]:
 
 def remark(text: str) -> None:
     """Print a remark on standard error."""
-    print(f"chartless: note: {text}", file=sys.stderr)
+    print_line(f"chartless: note: {text}", sys.stderr)
+
+
+def print_line(text: str, stream: TextIO) -> None:
+    """Print a sentence: one line for programs, on a terminal not broken within words."""
+    if stream.isatty():
+        width = shutil.get_terminal_size().columns
+        text = fill(text, width, break_long_words=False, break_on_hyphens=False)
+    print(text, file=stream)
 
 
 def print_json(content: "JsonObject") -> None:
@@ -116,7 +126,8 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
         for row, error in zip(rows, errors, strict=True):
             row.insert(1, f"{error:.4f}")
     print_table(header, rows)
-    print(f"\n{verdict(calibration.channels)}")
+    print()
+    print_line(str(verdict(calibration.channels)), sys.stdout)
     for doubt in doubts(calibration):
         remark(f"{doubt.code} ({', '.join(doubt.channels)}): {doubt.advice}")
         if doubt.detail:

@@ -155,7 +155,7 @@ def calibrate(
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
     seed: Annotated[  # noqa: ARG001 - part of the command's contract
-        int, typer.Option(help="Seed for methods that draw random numbers; these do not.")
+        int, typer.Option(help="For methods that draw random numbers: none yet.", hidden=True)
     ] = 0,
     strict: Strict = False,
     report: Report = None,

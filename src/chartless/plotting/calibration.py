@@ -109,13 +109,8 @@ def draw_transfer_errors(axes: Axes, response: Response) -> None:
         ylabel="relative difference",
         ylim=(-_MOST_APART, _MOST_APART),
     )
-    top = response.n_levels - 1
     for transfer, colour in _transfers(response):
-        upper, lower = (
-            response.curve.inverse(np.asarray(side) / top)
-            for side in (transfer.upper, transfer.lower)
-        )
-        apart = upper / np.maximum(lower * transfer.ratio, 1e-12) - 1
+        apart = np.expm1(transfer.apart(response.curve, response.n_levels))
         axes.plot(transfer.upper, apart, ".", color=colour, markersize=3, alpha=0.6)
     axes.axhline(0, color="0.8", linewidth=0.8, zorder=0)
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
