@@ -17,6 +17,7 @@ from chartless.flags import Pattern
 from chartless.objectives import expected_counts, half_levels
 from chartless.plotting import (
     draw_cooccurrence,
+    draw_differences,
     draw_noise,
     draw_residuals,
     draw_response,
@@ -210,6 +211,35 @@ def test_level_pairs_without_a_table_say_so(draw: Callable[[Axes, Response], Non
     draw(axes, response_of())
 
     assert "no co-occurrence table" in axes.texts[0].get_text()
+
+
+def test_differences_are_of_light_at_one_brightness() -> None:
+    """Of √I and I: brightness b stands for b² and b, whatever the levels."""
+    first = response_of(curve=ModelCurve("gamma", (0.5,)), n_levels=1024, observed_levels=(0, 1023))
+    std = np.full(256, 0.01)
+    axes = Figure().subplots()
+
+    draw_differences(axes, [first, response_of(inverse_lut_std=std)])
+
+    zero, other = axes.lines
+    assert np.abs(zero.get_ydata()).max() < 1e-12
+    b = np.linspace(0, 1, 256)
+    np.testing.assert_allclose(other.get_xdata(), b)
+    np.testing.assert_allclose(other.get_ydata(), b - b**2, atol=1e-6)
+    (band,) = axes.collections
+    corners = band.get_paths()[0].vertices
+    assert corners[:, 1].max() == pytest.approx(0.26, abs=1e-3)
+    assert other.get_color() != zero.get_color()
+
+
+@pytest.mark.parametrize(("n_pairs", "dots"), [(1, True), (0, False)])
+def test_dots_are_levels_that_somebody_saw(n_pairs: int, dots: bool) -> None:
+    axes = Figure().subplots()
+
+    draw_response(axes, [response_of(n_pairs=n_pairs)])
+
+    assert any(line.get_marker() == "o" for line in axes.lines) == dots
+    assert ("dots" in axes.get_title()) == dots
 
 
 def test_noise_by_level_is_the_noise_of_one_frame(table: Cooccurrence) -> None:

@@ -127,4 +127,4 @@ def test_without_an_error_a_curve_wants_care() -> None:
     judged = verdict([response_of("R"), response_of("G", band=None)])
 
     assert judged.grade is Grade.CARE
-    assert "How sure the curve is, is not known." in judged.reasons
+    assert "No error is known for this curve." in judged.reasons

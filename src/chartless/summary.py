@@ -1,13 +1,20 @@
 """A calibration in short texts: what the terminal and the report both say."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
+
+import numpy as np
 
 from chartless.calibration import Calibration
 from chartless.flags import Flag
 from chartless.response import Response
 from chartless.types import Floats, JsonObject
 from chartless.verdict import deviation
+
+_ALIKE = 0.0005  # relative, of exposures: not seen in four digits
+_MOST_DECIMALS = 5  # of the noise; what is less is as good as none
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,14 +54,33 @@ def doubts(calibration: Calibration) -> list[Doubt]:
 
 
 def noise_text(which: Literal["slope", "floor"], response: Response, digits: int) -> str:
-    """U or V, with its deviation and so many digits; with one more where that is not known."""
+    """U or V with two digits of its deviation; to so many and one more where that is not known."""
     if response.noise is None:
         return "-"
     value = float(getattr(response.noise, f"{which}_8bit"))
     if response.noise_error is None:
         return f"{value:.{digits + 1}f}"
     error = value * float(getattr(response.noise_error, f"log_{which}"))
-    return f"{value:.{digits}f} ± {error:.{digits}f}"
+    least = 10.0**-_MOST_DECIMALS
+    if max(value, error) < least:
+        return f"< {least:.{_MOST_DECIMALS}f}"
+    first = math.floor(math.log10(max(error, least)))  # digit of the deviation
+    decimals = min(max(1 - first, 0), _MOST_DECIMALS)
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}"
+
+
+def found_exposures(given: Sequence[float], response: Response) -> list[float]:
+    """Exposures as the pictures show them, in units of those given; empty if they are these."""
+    known = () if response.exposures is None else response.exposures.relative
+    if len(known) != len(given) or min(known, default=0) <= 0:
+        return []
+    found = np.array(known) / known[int(np.argmin(given))] * min(given)
+    return [] if np.allclose(found, given, rtol=_ALIKE, atol=0) else found.tolist()
+
+
+def ratio_text(value: float) -> str:
+    """Relative exposure in four digits."""
+    return f"{float(f'{value:.4g}'):g}"  # 10230 and not 1.023e+04
 
 
 def error_text(std: Floats | None) -> str:

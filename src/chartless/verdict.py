@@ -84,7 +84,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     ...     observed_levels=(0, 255), n_pairs=1, method="debevec", status=Status.CONVERGED,
     ... )
     >>> print(verdict([bare]))
-    usable with care: How sure the curve is, is not known.
+    usable with care: No error is known for this curve.
     """
     grave = {flag for response in channels for flag in _grave(response)}
     other = {flag for response in channels for flag in response.flags} - grave
@@ -103,7 +103,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     elif known is not None:
         fine.append(f"{how_sure}.")
     if any(response.inverse_lut_std is None for response in channels):
-        doubtful.append("How sure the curve is, is not known.")
+        doubtful.append("No error is known for this curve.")
     if any(_is_untested(response) for response in channels):
         doubtful.append("Whether curve and noise explain the pictures was not tested.")
     apart = _exposure_misfit(channels)

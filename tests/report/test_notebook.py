@@ -20,10 +20,26 @@ def test_a_notebook_shows_verdict_and_curve(of_noise: Calibration, which: str) -
     words = " ".join("".join(fragment.itertext()).split())
     assert words.startswith("Camera response: good. The curve is known to ± 0.007")
     assert output.count("<svg ") == 1
-    assert re.search(r'aria-label="Half of the brightness range stands for .*0\.250', output)
-    assert ("R 0.250" in output) == (which == "calibration")
+    assert re.search(r'aria-label="Brightness 0\.5 stands for .*0\.250', output)
+    assert ("R\N{NO-BREAK SPACE}0.250" in output) == (which == "calibration")
     assert "http" not in output
     assert "<script" not in output
+
+
+def test_the_line_of_a_linear_camera_is_weaker_than_curves_on_any_ground(
+    of_noise: Calibration,
+) -> None:
+    output = of_noise._repr_html_()
+
+    assert "var(--faint, rgb(128 128 128 / 50%))" in output
+    assert "#cccccc" not in output
+
+
+def test_no_line_ends_after_a_plus_minus(of_noise: Calibration) -> None:
+    output = of_noise._repr_html_()
+
+    assert "±\N{NO-BREAK SPACE}0.007" in output
+    assert "± " not in output
 
 
 def test_doubts_are_shown(of_noise: Calibration) -> None:

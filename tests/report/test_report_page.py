@@ -16,7 +16,7 @@ from PIL import Image
 from chartless import Calibration, load, named_curve, save
 from chartless.flags import Flag, Pattern
 from chartless.frame import Frame
-from chartless.luts import import_response
+from chartless.luts import export_response, import_response
 from chartless.report import render
 
 Element = Any
@@ -160,6 +160,7 @@ def test_figures_of_a_bracket(bracket_page: str, parsed: Parse) -> None:
     assert "level 128 of an exposure show level 91 in one 2 times shorter" in figures["transfer"]
     assert "is 0.0% from their ratio" in figures["ratio"]
     assert "scatter by 3.0%" in figures["ratio"]
+    assert "colours as in “Exposure to exposure”" in figures["ratio"]
 
 
 def test_tables_have_headers_with_a_scope(tree: Element) -> None:
@@ -193,7 +194,7 @@ def test_numbers_of_each_channel(page: str, parsed: Parse) -> None:
 
     rows = {name: cells for name, *cells in rows_of(table)}
     assert rows["Noise slope U"] == ["0.050 ± 0.010"] * 3
-    assert rows["Noise floor V"] == ["9.0 ± 0.9"] * 3
+    assert rows["Noise floor V"] == ["9.00 ± 0.90"] * 3
     assert rows["Levels seen"] == ["3 to 250"] * 3
     assert rows["Pixels compared"] == ["123,456"] * 3
     assert rows["Of these left out"] == ["0.25%"] * 3
@@ -201,15 +202,68 @@ def test_numbers_of_each_channel(page: str, parsed: Parse) -> None:
 
 
 def test_exposures_of_a_bracket_are_listed(bracket_page: str, parsed: Parse) -> None:
-    (table,) = (
-        each for each in elements(parsed(bracket_page), "table") if "exposures" in text_of(each[0])
-    )
-
-    assert rows_of(table)[1:] == [
+    assert rows_of(exposures_of(bracket_page, parsed))[1:] == [
         ["e0.png", "1", "25.0 %", "10.0 %"],
         ["e1.png", "2", "12.5 %", "10.0 %"],
         ["e2.png", "4", "50.0 %", "10.0 %"],
     ]
+
+
+def exposures_of(page: str, parsed: Parse) -> Element:
+    (table,) = (each for each in elements(parsed(page), "table") if "xposures" in text_of(each[0]))
+    return table
+
+
+@pytest.mark.parametrize("found", [(1.0, 2.0, 4.0), (1.0, 2.0004, 4.0), (1.0, 2.0)])
+def test_exposures_as_given_are_not_listed_twice(
+    found: tuple[float, ...], of_bracket: Calibration, parsed: Parse
+) -> None:
+    table = exposures_of(render(with_found(of_bracket, found)), parsed)
+
+    assert rows_of(table)[0] == ["Exposure", "Relative", "Black", "White"]
+    assert "found" not in text_of(table[0])
+
+
+def test_exposures_that_were_found_stand_beside_those_given(
+    of_bracket: Calibration, parsed: Parse
+) -> None:
+    """In units of the exposure that is given as 1, here the first and not the least found."""
+    table = exposures_of(render(with_found(of_bracket, (1.25, 1.0, 12500.0))), parsed)
+
+    header, *rows = rows_of(table)
+    assert header == ["Exposure", "Relative", "Found", "Black", "White"]
+    assert [row[2] for row in rows] == ["1", "0.8", "10000"]
+    assert "found in channel Y" in text_of(table[0])
+
+
+def with_found(calibration: Calibration, found: tuple[float, ...]) -> Calibration:
+    (response,) = calibration.channels
+    assert response.exposures is not None
+    exposures = replace(response.exposures, relative=found)
+    return replace(calibration, channels=(replace(response, exposures=exposures),))
+
+
+def test_lines_break_between_channels_only(page: str) -> None:
+    text = page.partition('id="response-text">')[2].partition("<")[0]
+
+    assert (
+        "R 0.250 ± 0.010, G 0.250 ± 0.010".replace(" ", "\N{NO-BREAK SPACE}").replace(
+            ",\N{NO-BREAK SPACE}", ", "
+        )
+        in text
+    )
+
+
+def test_the_weight_is_explained(of_noise: Calibration, parsed: Parse) -> None:
+    known = {**of_noise.provenance, "settings": {"weight": 0.2}}
+
+    rows = [
+        row
+        for table in elements(parsed(render(replace(of_noise, provenance=known))), "table")
+        for row in rows_of(table)
+    ]
+
+    assert ["Weight of a pixel pair, 1 for a perfect model", "0.2"] in rows
 
 
 def test_it_says_where_it_comes_from(page: str, parsed: Parse) -> None:
@@ -347,6 +401,21 @@ def test_what_another_program_made_is_reported_too(
     assert "-" not in {cell for row in rows_of(elements(tree, "table")[0]) for cell in row}
 
 
+def test_of_an_imported_curve_no_search_is_reported(
+    of_noise: Calibration, parsed: Parse, tmp_path: Path
+) -> None:
+    """Nobody saw its levels, and there is no table without rows."""
+    export_response(of_noise, tmp_path / "other.yml", "opencv")
+
+    tree = parsed(render(import_response(tmp_path / "other.yml")))
+
+    words = text_of(tree)
+    for text in ("evels seen", "Dots:", "converged", "deviation", "Quantity"):
+        assert text not in words
+    assert "No error is known for this curve." in words
+    assert all(len(elements(table, "tbody")[0]) for table in elements(tree, "table"))
+
+
 def pictures_of(page: str, parsed: Parse) -> list[Image.Image]:
     return [
         Image.open(io.BytesIO(content_of(each.get("src"))))
@@ -359,11 +428,11 @@ def test_a_frame_is_shown_before_and_after(
 ) -> None:
     before, after = pictures_of(page, parsed)
 
-    assert before.size == after.size == (334, 167)  # a third of 1000 × 500, rounded up
+    assert before.size == after.size == (500, 250)  # half of 1000 × 500
     light = of_noise.linearize(frame.levels)
     expected = (frame.levels / 255, named_curve("srgb").response(light))
     for picture, brightness in zip((before, after), expected, strict=True):
-        column = np.asarray(picture)[80, 200] / 255
+        column = np.asarray(picture)[120, 300] / 255
         np.testing.assert_allclose(column, brightness[240, 600], atol=0.02)
 
 
@@ -394,3 +463,11 @@ def test_a_frame_is_shown_upright(linear_camera: Calibration, parsed: Parse) -> 
     assert before.size == (40, 80)
     assert np.asarray(before)[:, -8:].min() > 240
     assert np.asarray(before)[:, :24].max() < 15
+
+
+def test_the_size_of_a_frame_is_that_shown(linear_camera: Calibration, parsed: Parse) -> None:
+    turned = Frame(Path("a.jpg"), np.zeros((40, 80, 1), dtype=np.uint8), orientation=6)
+
+    first, _ = elements(parsed(render(linear_camera, turned)), "img")
+
+    assert first.get("alt").startswith("a.jpg, 40 × 80 pixels")

@@ -136,21 +136,31 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
 
 def print_exposures(calibration: "Calibration") -> None:
     """Print a line for each exposure of a bracket; nothing for other calibrations."""
+    from chartless.summary import found_exposures, ratio_text
+
+    given = calibration.provenance["exposures"] or []
+    if not given:
+        return
+    middle = calibration.channels[len(calibration.channels) // 2]
+    found = found_exposures([each["relative"] for each in given], middle)
+    header = ["exposure", "relative", "black", "white", "shared with next", "displaced"]
     rows = [
         [
             Path(each["file"]).name,
-            f"{each['relative']:.4g}",
+            ratio_text(each["relative"]),
             f"{each['black']:.1%}",
             f"{each['white']:.1%}",
             "" if each["overlap"] is None else f"{each['overlap']:.0%}",
             "" if each["displacement"] is None else f"{each['displacement']:.1f} px",
         ]
-        for each in calibration.provenance["exposures"] or []
+        for each in given
     ]
-    if rows:
-        header = ["exposure", "relative", "black", "white", "shared with next", "displaced"]
-        print_table(header, rows)
-        print()
+    if found:
+        header.insert(2, "found")
+        for row, ratio in zip(rows, found, strict=True):
+            row.insert(2, ratio_text(ratio))
+    print_table(header, rows)
+    print()
 
 
 def write_report(calibration: "Calibration", path: Path) -> None:

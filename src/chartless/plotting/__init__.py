@@ -19,6 +19,7 @@ from chartless.plotting._style import (
 from chartless.plotting.calibration import (
     draw_cooccurrence,
     draw_deviations,
+    draw_differences,
     draw_noise,
     draw_residuals,
     draw_response,
@@ -42,6 +43,7 @@ __all__ = [
     "VERMILION",
     "draw_cooccurrence",
     "draw_deviations",
+    "draw_differences",
     "draw_fits",
     "draw_noise",
     "draw_residuals",

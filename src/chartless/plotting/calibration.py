@@ -134,7 +134,7 @@ def draw_response(
     if truth is not None:
         irradiance = np.linspace(0, 1, 1024)
         axes.plot(irradiance, truth.response(irradiance), "k--", linewidth=1.2, label="truth")
-    _frame_responses(axes)
+    _frame_responses(axes, channels)
 
 
 def draw_responses(axes: Axes, named: Sequence[tuple[str, Response]]) -> None:
@@ -143,7 +143,32 @@ def draw_responses(axes: Axes, named: Sequence[tuple[str, Response]]) -> None:
         # Else matplotlib would set $x$ as a formula, and leave _DSC0001 out of the legend.
         label = "\N{ZERO WIDTH SPACE}" + name.replace("$", r"\$")
         _draw_curve(axes, response, SERIES_COLOURS[place % len(SERIES_COLOURS)], label)
-    _frame_responses(axes)
+    _frame_responses(axes, [response for _, response in named])
+
+
+def draw_differences(axes: Axes, responses: Sequence[Response]) -> None:
+    """Irradiance over brightness less that of the first, each with its own deviation as a band.
+
+    Colours are those of `draw_responses`.
+    """
+    first = responses[0].curve
+    for place, response in enumerate(responses):
+        colour = SERIES_COLOURS[place % len(SERIES_COLOURS)]
+        kept = _kept(response)
+        brightness = _brightness(response)[kept]
+        apart = response.inverse_lut[kept] - first.inverse(brightness)
+        axes.plot(brightness, apart, color=colour)
+        if response.inverse_lut_std is not None:
+            spread = response.inverse_lut_std[kept]
+            axes.fill_between(
+                brightness, apart - spread, apart + spread, color=colour, alpha=0.2, linewidth=0
+            )
+    axes.set(
+        title="Light less that of the first (bands: one deviation)",
+        xlabel="brightness",
+        ylabel="difference of irradiance",
+        xlim=(0, 1),
+    )
 
 
 def _draw_curve(axes: Axes, response: Response, colour: str, label: str) -> None:
@@ -156,14 +181,16 @@ def _draw_curve(axes: Axes, response: Response, colour: str, label: str) -> None
         axes.fill_betweenx(
             level[kept], light - spread, light + spread, color=colour, alpha=0.2, linewidth=0
         )
-    low, high = response.observed_levels
-    axes.plot(inverse[[low, high]], level[[low, high]], "o", color=colour, markersize=4)
+    if response.n_pairs:  # else nobody saw a level: another program made the curve
+        ends = [*response.observed_levels]
+        axes.plot(inverse[ends], level[ends], "o", color=colour, markersize=4)
 
 
-def _frame_responses(axes: Axes) -> None:
+def _frame_responses(axes: Axes, responses: Sequence[Response]) -> None:
+    dots = " (dots: range of levels seen)" if any(each.n_pairs for each in responses) else ""
     axes.plot([0, 1], [0, 1], color="0.8", linewidth=0.8, zorder=0)
     axes.set(
-        title="Response (dots: range of levels seen)",
+        title=f"Response{dots}",
         xlabel="irradiance",
         ylabel="brightness",
         xlim=(0, 1),

@@ -11,7 +11,7 @@ from chartless.report import _words
 from chartless.report._svg import inline_svg
 from chartless.response import Response
 
-_HALF, _THIRD = (360, 250), (285, 215)  # of the page
+HALF, THIRD = (360, 250), (285, 215)  # of the page
 
 T = TypeVar("T")
 
@@ -43,10 +43,9 @@ def drawings(channels: Sequence[Response]) -> list[Drawing]:
     n_halves = _halves(len(plans))
     found = []
     for place, plan in enumerate(plans):
-        width, size = ("half", _HALF) if place < n_halves else ("third", _THIRD)
+        width, size = ("half", HALF) if place < n_halves else ("third", THIRD)
         svg = inline_svg(plan.draw, size, salt=plan.name, aria_labelledby=f"{plan.name}-text")
-        text = plan.text.replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
-        found.append(Drawing(plan.name, plan.title, svg, text, width))
+        found.append(Drawing(plan.name, plan.title, svg, plan.text, width))
     return found
 
 

@@ -35,4 +35,5 @@ def card(channels: Sequence[Response]) -> str:
         salt=digest.hexdigest(),
         aria_label=_words.of_response(channels),
     )
-    return str(_FRAME.format(grade=judged.grade.value, reasons=" ".join(judged.reasons), svg=svg))
+    reasons = _words.unbroken(" ".join(judged.reasons))
+    return str(_FRAME.format(grade=judged.grade.value, reasons=reasons, svg=svg))

@@ -17,14 +17,24 @@ from chartless.luts import FORMATS
 from chartless.report._downloads import downloads
 from chartless.report._figures import drawings
 from chartless.report._pictures import previews
+from chartless.report._words import unbroken
 from chartless.response import Response
-from chartless.summary import doubts, error_text, fit_text, n_frames, noise_text
+from chartless.summary import (
+    doubts,
+    error_text,
+    fit_text,
+    found_exposures,
+    n_frames,
+    noise_text,
+    ratio_text,
+)
 from chartless.types import JsonObject
 from chartless.verdict import Grade, verdict
 
 _MARKS = {Grade.GOOD: "✓", Grade.CARE: "!", Grade.DISTRUST: "✕"}
 _SHARES = np.array([0, 16, 32, 48, 64, 96, 128, 160, 192, 224, 240, 255]) / 255
 _OF_SEARCH = ("Levels seen", "Pixels compared", "The search")
+_IN_WORDS = {"weight": "weight of a pixel pair, 1 for a perfect model"}
 _DIGITS = 12  # of an SHA-256
 _FEW = 8  # inputs; more are folded away
 
@@ -88,6 +98,7 @@ def environment() -> Environment:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     made.filters["data_uri"] = _data_uri
+    made.filters["unbroken"] = unbroken
     return made
 
 
@@ -146,14 +157,27 @@ def _provenance(calibration: Calibration) -> JsonObject:
         {"name": Path(each["file"]).name, "digest": each["sha256"][:_DIGITS]}
         for each in known.get("inputs", [])
     ]
-    exposures = [{**each, "name": Path(each["file"]).name} for each in known.get("exposures") or []]
+    given = known.get("exposures") or []
+    middle = calibration.channels[len(calibration.channels) // 2]
+    found = found_exposures([each["relative"] for each in given], middle)
     return {
-        "settings": {name: _text(value) for name, value in settings.items() if value},
+        "settings": {
+            _IN_WORDS.get(name, name): _text(value) for name, value in settings.items() if value
+        },
         "foreign": first.method if first.method in FORMATS else "",
         "n_pictures": n_frames(calibration),
         "inputs": inputs[:_FEW],
         "more": inputs[_FEW:],
-        "exposures": exposures,
+        "exposures": [
+            {
+                **each,
+                "name": Path(each["file"]).name,
+                "relative": ratio_text(each["relative"]),
+                "found": ratio_text(found[place]) if found else "",
+            }
+            for place, each in enumerate(given)
+        ],
+        "found_in": middle.name if found else "",
         "remarks": known.get("remarks", []),
     }
 

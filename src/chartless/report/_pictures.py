@@ -11,7 +11,7 @@ from chartless.curves import named_curve
 from chartless.frame import Frame
 from chartless.types import Floats, Floats32, Levels
 
-_LONGEST = 480  # pixels of a side, at most
+_LONGEST = 640  # pixels of a side, at most
 _QUALITY = 82
 
 
@@ -37,9 +37,11 @@ def previews(calibration: Calibration, frame: Frame) -> list[Preview]:
     ParameterError
         If the frame's channels are not those of the calibration.
     """
+    from chartless.images import upright
+
     light = _reduced(calibration.linearize(frame.levels))
     brightness = _reduced(frame.levels) / np.iinfo(frame.levels.dtype).max
-    height, width, _ = frame.levels.shape
+    height, width, _ = upright(frame.levels, frame.orientation).shape
     name = frame.path.name
     return [
         Preview(

@@ -22,7 +22,7 @@ _PAINTS = {
     PURPLE: f"var(--purple, {PURPLE})",
     DARK: "currentColor",
     "#000000": "currentColor",
-    "#cccccc": "var(--faint, #cccccc)",
+    "#cccccc": "var(--faint, rgb(128 128 128 / 50%))",
 }
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _SETTINGS = threading.Lock()  # matplotlib's are those of all threads

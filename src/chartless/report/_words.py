@@ -9,6 +9,12 @@ from chartless.response import Response, SeenTransfer
 from chartless.verdict import deviation
 
 _QUARTERS = (0.25, 0.5, 0.75)
+_NO_BREAK = "\N{NO-BREAK SPACE}"
+
+
+def unbroken(text: str) -> str:
+    """Return the text so that no line ends after a ±."""
+    return text.replace("± ", f"±{_NO_BREAK}")
 
 
 def of_response(channels: Sequence[Response]) -> str:
@@ -23,10 +29,12 @@ def of_response(channels: Sequence[Response]) -> str:
     def seen(response: Response) -> str:
         return "{} to {}".format(*response.observed_levels)
 
+    dots = all(response.n_pairs for response in channels)
     band = any(response.inverse_lut_std is not None for response in channels)
     return (
-        f"Half of the brightness range stands for {_each(channels, half)} of the light at white; "
-        f"in a linear camera it would be 0.5. Dots: range of levels seen, {_each(channels, seen)}."
+        f"Brightness 0.5 stands for {_each(channels, half)} of the light at white; in a linear "
+        "camera it would be 0.5."
+        + (f" Dots: range of levels seen, {_each(channels, seen)}." if dots else "")
         + (" Bands: one deviation." if band else "")
     )
 
@@ -124,18 +132,11 @@ def of_transfers(response: Response) -> str:
 def of_transfer_errors(response: Response) -> str:
     """How far the light of two exposures is from their ratio, and what is left as scatter."""
     assert response.exposures is not None
-    top = response.n_levels - 1
-    apart = [
-        np.log(response.curve.inverse(np.array(each.upper) / top))
-        - np.log(np.maximum(response.curve.inverse(np.array(each.lower) / top), 1e-12))
-        - np.log(each.ratio)
-        for each in _seen(response)
-    ]
-    typical = float(np.median(np.abs(np.concatenate(apart))))
     scatter = response.exposures.scatter
     return (
-        f"In the median the light of two exposures is {typical:.1%} from their ratio; single "
-        f"pixels scatter by {scatter:.1%} beyond noise. Channel {response.name}."
+        f"In the median the light of two exposures is {response.exposure_misfit:.1%} from their "
+        f"ratio; single pixels scatter by {scatter:.1%} beyond noise. Channel {response.name}; "
+        "colours as in “Exposure to exposure”."
     )
 
 
@@ -150,7 +151,8 @@ def _seen(response: Response) -> list[SeenTransfer]:
 
 
 def _each(channels: Sequence[Response], text: Callable[[Response], str]) -> str:
-    """A text for each channel with its name, or alone."""
+    """A text for each channel with its name, or alone; lines break between channels only."""
     if len(channels) == 1:
-        return text(channels[0])
-    return ", ".join(f"{response.name} {text(response)}" for response in channels)
+        return text(channels[0]).replace(" ", _NO_BREAK)
+    named = (f"{response.name} {text(response)}" for response in channels)
+    return ", ".join(each.replace(" ", _NO_BREAK) for each in named)
