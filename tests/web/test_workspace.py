@@ -379,7 +379,7 @@ class TestCalibrations:
         page = given.ask("GET", f"/api/comparison?cameras={','.join(keys)}").body.decode()
 
         assert page.count("<tr>") == 3
-        assert "0.0000" in page
+        assert "<td>0.000</td>" in page
         assert "<svg" in page
         assert given.ask("GET", "/api/comparison?cameras=1,2").status == 404
 
