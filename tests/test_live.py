@@ -18,7 +18,7 @@ from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence import noise_evidence
 from chartless.flags import Flag
 from chartless.frame import CameraSettings, Frame, TimedFrame
-from chartless.live import LEAST, LiveEvidence, Outcome, is_enough, live_calibration
+from chartless.live import LEAST, LiveEvidence, Outcome, is_enough, lacking, live_calibration
 from chartless.still import still_evidence
 from chartless.summary import n_frames
 from chartless.verdict import GOOD_BAND, Grade, band, verdict
@@ -186,9 +186,7 @@ def test_what_moved_is_left_out() -> None:
     assert np.array_equal(
         live.evidence().tables["Y"].counts, counted(taken([*moving, *still])[4:]).counts
     )
-    assert live.account == (
-        "9 frames, 4 used with the one before; the last 4 kept; left out: something moved 4×"
-    )
+    assert live.account == ("9 frames, 4 pairs used; left out: something moved 4×")
 
 
 def test_a_sudden_change_of_light_is_left_out() -> None:
@@ -310,15 +308,18 @@ def test_frames_used_are_told_from_frames_between_them() -> None:
 def test_enough_is_a_matter_of_band_and_pairs() -> None:
     frames = taken([WIDE] * (LEAST + 1))
     live, _ = watched(frames[:-1])
-    few = is_enough(live, live_calibration(live))
+    few = live_calibration(live)
+    assert not is_enough(live, few)
+    assert lacking(live, few) == f"not good enough yet: fewer than {LEAST} pairs"
 
     live.add(frames[-1])
     calibration = live_calibration(live)
 
-    assert not few
     assert (band(calibration.channels) or 1) < GOOD_BAND
     assert is_enough(live, calibration)
+    assert lacking(live, calibration) == ""
     assert not is_enough(live, calibration, until=0.005)
+    assert lacking(live, calibration, 0.005).endswith("yet: the error is above ± 0.005")
 
 
 def test_noise_of_another_shape_is_never_enough() -> None:
@@ -336,3 +337,6 @@ def test_noise_of_another_shape_is_never_enough() -> None:
     assert Flag.MISFIT in calibration.flags
     assert verdict(calibration.channels).grade is Grade.DISTRUST
     assert not is_enough(live, calibration, until=1.0)
+    assert lacking(live, calibration, 1.0) == (
+        "not good enough, and more frames will hardly help: misfit"
+    )

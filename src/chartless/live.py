@@ -34,7 +34,7 @@ from chartless.provenance import provenance
 from chartless.screening import PairCheck, doubts_about, screen, unfit
 from chartless.still import MOST_LEVELS
 from chartless.types import Floats, Levels
-from chartless.verdict import GOOD_BAND, Grade, band, verdict
+from chartless.verdict import GOOD_BAND, GRAVE, WORST_BAND, Grade, band, verdict
 
 WINDOW = 100
 """Pairs of frames that are kept unless asked: more tell hardly more."""
@@ -159,12 +159,12 @@ class LiveEvidence:
 
     @property
     def account(self) -> str:
-        """What became of the frames, in words."""
+        """What became of the frames, in words; why none is used, `evidence` says."""
         anew = self.outcomes[Outcome.ANEW]
         parts = (
-            f"{self.n_frames} frames, {self.n_used} used with the one before",
-            f"the last {self.n_kept} kept",
-            f"left out: {self._left_out}" if self._left_out else "",
+            f"{self.n_frames} frames, {self.n_used} pairs used",
+            f"the last {self.n_kept} kept" if self.n_kept < self.n_used else "",
+            f"left out: {self._left_out}" if self._left_out and self.n_kept else "",
             f"began anew {anew}× as the noise changed" if anew else "",
         )
         return "; ".join(part for part in parts if part)
@@ -329,6 +329,30 @@ def is_enough(live: LiveEvidence, calibration: Calibration, until: float = GOOD_
     until : float
         Deviation of the light at white, see `chartless.verdict.band`.
     """
+    return not lacking(live, calibration, until)
+
+
+def lacking(live: LiveEvidence, calibration: Calibration, until: float = GOOD_BAND) -> str:
+    """Say why it is not enough to stop and save, and whether more frames can help.
+
+    Parameters
+    ----------
+    live, calibration, until
+        As `is_enough` takes them.
+
+    Returns
+    -------
+    str
+        Empty if it is enough.
+    """
     known = band(calibration.channels)
-    trusted = verdict(calibration.channels).grade is not Grade.DISTRUST
-    return live.n_kept >= LEAST and trusted and known is not None and known <= until
+    if live.n_kept < LEAST:
+        return f"not good enough yet: fewer than {LEAST} pairs"
+    if known is None:
+        return "not good enough: its error is not known"
+    if known <= WORST_BAND and verdict(calibration.channels).grade is Grade.DISTRUST:
+        grave = [flag for flag in Flag if flag in GRAVE and flag in calibration.flags]
+        reasons = ", ".join(flag.code.replace("-", " ") for flag in grave)
+        return f"not good enough, and more frames will hardly help: {reasons}"
+    wanted = min(until, WORST_BAND)
+    return "" if known <= wanted else f"not good enough yet: the error is above ± {wanted:g}"

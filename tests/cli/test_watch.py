@@ -111,8 +111,8 @@ def test_what_is_not_good_enough_is_saved_with_another_status(
     done = chartless("watch", record(dim, n_frames=15), "-o", tmp_path / "camera.json")
 
     assert done.status == 3, done.err
-    assert "the video ended: not good enough yet" in done.err
-    assert "15 frames, 14 used with the one before; the last 14 kept" in done.err
+    assert "the video ended: not good enough yet: the error is above ± 0.02" in done.err
+    assert "15 frames, 14 pairs used\n" in done.err
     assert load(tmp_path / "camera.json").channel("Y").n_pairs == 14 * 192 * 256
 
 
@@ -197,7 +197,7 @@ def test_off_a_terminal_a_line_says_how_it_goes(
     assert len(lines) == LEAST + 1
     assert lines[0].endswith("(there is only one): put the camera on a tripod in front of a still "
                              "scene in steady light")  # fmt: skip
-    assert lines[-1].startswith("11 frames, 10 used with the one before; the last 10 kept; ")
+    assert lines[-1].startswith("11 frames, 10 pairs used; ")
     assert "The curve is known to ± 0.0" in lines[-1]
 
 

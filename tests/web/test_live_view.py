@@ -40,7 +40,7 @@ def test_frames_in_curve_out(client: Client) -> None:
     assert not answers[0]["is_enough"]
     drawn = [each for each in answers if each.get("curve")]
     assert "<svg" in drawn[0]["curve"]
-    assert answers[-1]["counts"].startswith("14 frames, 13 used")
+    assert answers[-1]["counts"].startswith("14 frames, 13 pairs used")
     camera = client.finished(saved)
     assert camera["state"] == "done"
     kept = client.ask("GET", f"/api/cameras/{saved}/camera.json").json
@@ -48,7 +48,7 @@ def test_frames_in_curve_out(client: Client) -> None:
     truth = named_curve("srgb").inverse(np.linspace(0, 1, 256))
     assert np.sqrt(np.mean((channel["inverse_lut"] - truth) ** 2)) < 0.03
     assert kept["method"] == "nlf"
-    assert any("14 frames, 13 used" in text for text in kept["provenance"]["remarks"])
+    assert any("14 frames, 13 pairs used" in text for text in kept["provenance"]["remarks"])
 
 
 def test_a_new_start_forgets(client: Client) -> None:
@@ -58,7 +58,7 @@ def test_a_new_start_forgets(client: Client) -> None:
         answers = [
             client.ask("POST", f"{view}/frames?{SHAPE}&until=0", each).json for each in frames
         ]
-        assert answers[-1]["counts"].startswith("3 frames, 2 used")
+        assert answers[-1]["counts"].startswith("3 frames, 2 pairs used")
 
 
 def test_before_the_camera_was_started(client: Client) -> None:
@@ -75,7 +75,7 @@ def test_two_pages_of_one_browser_do_not_mix_their_frames(client: Client) -> Non
         assert client.ask("POST", f"{first}/frames?{SHAPE}&until=0", each).status == 404
     answers = [client.ask("POST", f"{second}/frames?{SHAPE}&until=0", each) for each in frames]
 
-    assert answers[-1].json["counts"].startswith("3 frames, 2 used")
+    assert answers[-1].json["counts"].startswith("3 frames, 2 pairs used")
 
 
 def test_frames_at_once_are_read_one_after_the_other(client: Client) -> None:

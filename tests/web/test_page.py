@@ -279,7 +279,8 @@ def test_curves_are_compared(
     drop(page, [sample])
     page.wait_for_selector("#cameras li:nth-child(2)")
     until(page, "document.querySelectorAll('#cameras input').length == 2")
-    assert page.locator("#compare").is_hidden()
+    assert page.locator("#compare").is_disabled()
+    assert page.inner_text("#compare") == "Compare (tick two)"
     for place in range(2):
         page.locator("#cameras input").nth(place).check()
     page.click("#compare")
@@ -298,7 +299,11 @@ def test_the_way_back_leads_to_what_was_shown_before(
     page.select_option("[name=model]", "gumbel4")
     page.wait_for_selector("#failed:not([hidden])")
     page.select_option("[name=model]", "")
+    page.wait_for_selector("#report svg")
+    assert page.inner_text("#shown-title") == first
+    page.select_option("[name=method]", "")
     until(page, "document.querySelectorAll('#cameras input').length == 2")
+    page.wait_for_selector("#report svg")
     for tick in page.locator("#cameras input").all():
         tick.check()
     page.click("#compare")
@@ -310,13 +315,48 @@ def test_the_way_back_leads_to_what_was_shown_before(
     assert all(tick.is_checked() for tick in page.locator("#cameras input").all())
 
     titles = []
-    for _ in range(3):
+    for _ in range(4):
         page.evaluate("history.back()")
         page.wait_for_timeout(200)
         titles.append(page.inner_text("#shown-title"))
-    assert titles == [first, f"{first[: -len(', nlf')]}, nlf, gumbel4", first]
+    assert titles == [first.removesuffix(", nlf"), first, f"{first}, gumbel4", first]
     page.evaluate("history.back()")
     page.wait_for_selector("#welcome:not([hidden])")
+
+
+def test_the_form_says_how_the_result_in_sight_was_made(
+    visit: Callable[..., Page], frames: list[Path]
+) -> None:
+    page = calibrated(visit(), frames)
+    page.select_option("[name=method]", "")
+    until(page, "document.querySelectorAll('#cameras input').length == 2")
+    page.reload()
+    page.wait_for_selector("#report svg")
+    assert page.input_value("[name=method]") == ""
+
+    page.locator("#cameras .open").first.click()
+    assert page.input_value("[name=method]") == "nlf"
+    page.reload()
+    page.wait_for_selector("#report svg")
+    assert page.input_value("[name=method]") == "nlf"
+    assert page.locator("#cameras li").count() == 2
+
+
+def test_the_option_that_is_missed_has_the_focus(
+    visit: Callable[..., Page], frames: list[Path]
+) -> None:
+    page = visit()
+    drop(page, frames)
+    page.wait_for_selector("#uploads li:nth-child(2)")
+    page.click("summary")
+    page.select_option("[name=evidence]", "bracket")
+    page.click("summary")
+    page.click("#calibrate")
+    page.wait_for_selector("#failed:not([hidden])")
+    page.wait_for_timeout(100)
+
+    assert "--times" in page.inner_text("#reason")
+    assert page.evaluate("document.activeElement.name") == "times"
 
 
 def test_the_focus_stays(visit: Callable[..., Page], frames: list[Path]) -> None:

@@ -230,7 +230,10 @@ class TestLimits:
     def test_too_many_results(self, strict_client: Client, frames: list[Path]) -> None:
         for path in frames:
             strict_client.put(path.name, path.read_bytes())
-        answers = [strict_client.ask("POST", "/api/cameras", {}) for _ in range(3)]
+        answers = [
+            strict_client.ask("POST", "/api/cameras", {"method": method})
+            for method in ("", "nlf", "ism-bin")
+        ]
 
         assert [each.status for each in answers] == [202, 202, 413]
         assert "remove some" in answers[-1].error
@@ -369,10 +372,40 @@ class TestCalibrations:
         assert file.json["provenance"]["inputs"][0]["file"] == "given.cube"
         assert str(desk).encode() not in file.body
 
+    def test_what_was_made_already_is_not_made_again(self, given: Client) -> None:
+        first, again, other = (
+            given.ask("POST", "/api/cameras", {"method": "nlf", **options}).json["id"]
+            for options in ({}, {"model": ""}, {"shared_noise": True})
+        )
+        assert again == first
+        assert other != first
+        assert given.finished(first)["state"] == "done"
+        assert given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"] == first
+
+        file = given.state["files"][0]["id"]
+        given.ask("PATCH", f"/api/files/{file}", {"role": "dark"})
+        with_cap = given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"]
+        assert with_cap != first
+        assert given.finished(with_cap)["state"] == "failed"
+        assert given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"] != with_cap
+
+    def test_what_was_chosen_is_in_the_title(self, given: Client) -> None:
+        options = {
+            "method": "nlf", "model": "", "channels": "luma", "evidence": "noise", "times": "1,2",
+            "shared_noise": True, "unaligned": "", "jobs": 99,
+        }  # fmt: skip
+        key = given.ask("POST", "/api/cameras", options).json["id"]
+        camera = given.finished(key)
+
+        words = "nlf, luma, evidence noise, times 1, 2, shared noise"
+        assert camera["title"].endswith(f" and 1 more, {words}")
+        chosen = {name: options[name] for name in ("method", "channels", "evidence")}
+        assert camera["options"] == {**chosen, "times": "1, 2", "shared_noise": True}
+
     def test_several_are_compared(self, given: Client) -> None:
         keys = [
-            given.ask("POST", "/api/cameras", {"method": "nlf", "channels": "luma"}).json["id"]
-            for _ in range(2)
+            given.ask("POST", "/api/cameras", {"method": "nlf", **options}).json["id"]
+            for options in ({"channels": "luma"}, {"channels": "luma", "evidence": "noise"})
         ]
         for key in keys:
             given.finished(key)

@@ -67,7 +67,7 @@ def watch(
     """
     from chartless.calibration_file import save, to_json
     from chartless.images import digest, read_video
-    from chartless.live import LiveEvidence, is_enough, live_calibration
+    from chartless.live import LiveEvidence, lacking, live_calibration
 
     _require_camera(device)
     require_outputs(output, report)
@@ -87,8 +87,8 @@ def watch(
     except KeyboardInterrupt:
         why = "stopped by Ctrl-C"
     calibration = live_calibration(live)
-    enough = is_enough(live, calibration, until)
-    remark(f"good enough after {live.n_frames} frames" if enough else f"{why}: not good enough yet")
+    lack = lacking(live, calibration, until)
+    remark(f"{why}: {lack}" if lack else f"good enough after {live.n_frames} frames")
     for text in calibration.provenance["remarks"]:
         remark(text)
     if output is not None:
@@ -99,7 +99,7 @@ def watch(
         print_json(to_json(calibration))
     else:
         _print(calibration, output, report)
-    return 0 if enough and not (strict and calibration.flags) else FLAGGED
+    return 0 if not lack and not (strict and calibration.flags) else FLAGGED
 
 
 def _require_camera(device: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from chartless.calibration import Calibration
 from chartless.errors import ImageError, UnfitFramesError
 from chartless.frame import Frame
-from chartless.live import LiveEvidence, is_enough, live_calibration
+from chartless.live import LiveEvidence, lacking, live_calibration
 from chartless.report import card
 from chartless.types import JsonObject, Levels
 
@@ -86,11 +86,11 @@ class LiveView:
             calibration = self.calibration()
         except UnfitFramesError as error:
             return {**answer, "curve": "", "note": str(error), "is_enough": False}
-        enough = is_enough(self._evidence, calibration, until)
+        lack = lacking(self._evidence, calibration, until)
         answer |= {
             "curve": card(calibration.channels),
-            "note": "Good enough." if enough else "Not good enough yet.",
-            "is_enough": enough,
+            "note": f"{lack[0].upper()}{lack[1:]}." if lack else "Good enough.",
+            "is_enough": not lack,
         }
         self._drawn = time.monotonic()
         return answer

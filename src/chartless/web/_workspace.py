@@ -6,7 +6,7 @@ import re
 import secrets
 import shutil
 from collections.abc import AsyncIterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from tempfile import TemporaryDirectory
 
@@ -19,8 +19,11 @@ from chartless.web._live import LiveView
 from chartless.web._workers import TaskError, Workers
 
 ROLES = ("frame", "dark", "unused")
+_TEXTS = ("method", "model", "channels", "evidence", "times")
+_TICKS = {"shared_noise": "shared noise", "unaligned": "unaligned"}
 _ODD = re.compile(r"[^\w .,()+@=-]")  # in names of files
 _LONGEST, _LONGEST_SUFFIX = 150, 50  # bytes of the name of a file; systems have room for 255
+_LONGEST_TIMES = 100  # characters, in a title
 _MEGA = 1e6
 _FILE = "camera.json"  # of a calibration
 _PART = "comparison.html"
@@ -54,7 +57,9 @@ class Camera:
     folder: Path
     """With camera.json and report.html when it is done."""
     frames: tuple[Upload, ...] = ()
-    """What it is made from."""
+    """What it is made from, with the roles of then."""
+    options: JsonObject | None = None
+    """Those that were chosen; None of a calibration that was not made here from files."""
     stage: str = "waiting"
     share: float = 0.0
     error: str = ""
@@ -83,6 +88,7 @@ class Camera:
         return {
             "id": self.id,
             "title": self.title,
+            "options": self.options,
             "state": self.state,
             "stage": self.stage,
             "share": self.share,
@@ -222,7 +228,7 @@ class Workspace:
             (self.files / upload.name).unlink(missing_ok=True)
 
     def calibrate(self, options: JsonObject) -> Camera:
-        """Begin to calibrate from the files that are here.
+        """Begin to calibrate from the files that are here, unless the same was done already.
 
         Parameters
         ----------
@@ -230,11 +236,17 @@ class Workspace:
             method, model, channels, evidence, times (a text), shared_noise and unaligned, as the
             command line has them. Empty ones and others are left away.
 
+        Returns
+        -------
+        Camera
+            New, or the one that was made or is being made from the same files by the same options.
+
         Raises
         ------
         ChartlessError
             If there are no frames, too many results, or an option is no good.
         """
+        options = _chosen(options)
         arguments = _arguments(options)
         by_role: dict[str, list[str]] = {"frame": [], "dark": [], "raw": [], "unused": []}
         files = self._sorted()
@@ -250,11 +262,14 @@ class Workspace:
             arguments["dark"] = dark
         if raw:
             arguments["raw"] = raw
+        used = tuple(replace(each) for each in files if each.role != "unused")
+        for camera in self.cameras.values():
+            if (camera.frames, camera.options) == (used, options) and camera.state != "failed":
+                return camera
         what = frames[0] if len(frames) == 1 else f"{frames[0]} and {len(frames) - 1} more"
-        how = [arguments.get("method"), arguments.get("model")]
-        title = ", ".join([what, *(str(each) for each in how if each)])
-        camera = self._new_camera(title)
-        camera.frames = tuple(each for each in files if each.role != "unused")
+        caps = ["lens caps"] if dark else []
+        camera = self._new_camera(", ".join([what, *_words(options), *caps]))
+        camera.frames, camera.options = used, options
         for each in camera.frames:  # they may be removed while they are read
             os.link(self.files / each.name, camera.given / each.name)
         self._run(camera, {"task": "calibrate", "arguments": {"frames": frames, **arguments}})
@@ -362,16 +377,32 @@ def _cut(text: str, n_bytes: int) -> str:
     return text.encode()[:n_bytes].decode(errors="ignore")
 
 
-def _arguments(options: JsonObject) -> JsonObject:
-    """Arguments of `chartless.workflow.calibrate`; only those that a page may choose."""
-    arguments: JsonObject = {}
-    for name in ("method", "model", "channels", "evidence"):
-        if options.get(name):
-            arguments[name] = str(options[name])
-    if options.get("times"):
-        arguments["times"] = parsed_times(str(options["times"]).split(","))
-    if options.get("shared_noise"):
-        arguments["shared_noise"] = True
-    if options.get("unaligned"):
+def _chosen(options: JsonObject) -> JsonObject:
+    """Options that a page may choose and that are not as they are without."""
+    chosen: JsonObject = {name: str(options[name]) for name in _TEXTS if options.get(name)}
+    chosen |= {name: True for name in _TICKS if options.get(name)}
+    if "times" in chosen:
+        chosen["times"] = ", ".join(each.strip() for each in chosen["times"].split(","))
+    return chosen
+
+
+def _arguments(chosen: JsonObject) -> JsonObject:
+    """Arguments of `chartless.workflow.calibrate`."""
+    arguments = dict(chosen)
+    if "times" in arguments:
+        arguments["times"] = parsed_times(arguments["times"].split(", "))
+    if arguments.pop("unaligned", False):
         arguments["aligned"] = False
     return arguments
+
+
+def _words(chosen: JsonObject) -> list[str]:
+    """Options in a title."""
+    words = dict(chosen)
+    if "evidence" in words:
+        words["evidence"] = f"evidence {words['evidence']}"
+    if len(words.get("times", "")) > _LONGEST_TIMES:
+        words["times"] = f"{words['times'][:_LONGEST_TIMES]}…"
+    if "times" in words:
+        words["times"] = f"times {words['times']}"
+    return [_TICKS.get(name, text) for name, text in words.items()]

@@ -25,7 +25,8 @@ export function setUpLive({ ask, tell, attempt, redraw, saved }) {
     find("live-verdict").textContent = "Waiting for frames…";
     find("live-counts").textContent = "";
     redraw();
-    find("live-heading").focus();
+    find("live-heading").focus({ preventScroll: true });
+    find("live").scrollIntoView();
     attempt(run)();
   }
 

@@ -12,6 +12,7 @@ const GRADES = { good: "good", care: "usable with care", distrust: "do not trust
 let state = { files: [], cameras: [] };
 let shown = location.hash.slice(1); // id of the result in sight, or ids of those compared
 let drawn = ""; // the result whose report is in sight
+let awaited = ""; // the result that was asked for last, until it is there
 let timer = 0;
 let sending = Promise.resolve(); // of files, one after the other
 let isSending = false;
@@ -62,6 +63,7 @@ async function refresh() {
   clearTimeout(timer);
   state = await (await ask("state")).json();
   draw();
+  pointToRemedy();
   if (state.cameras.some((each) => each.state === "running")) {
     timer = setTimeout(attempt(refresh), POLL);
   }
@@ -77,7 +79,9 @@ function draw() {
   for (const id of compared) {
     if (!state.cameras.some((each) => each.id === id)) compared.delete(id);
   }
-  find("compare").hidden = compared.size < 2;
+  find("compare").hidden = state.cameras.filter((each) => each.state === "done").length < 2;
+  find("compare").disabled = compared.size < 2;
+  find("compare").textContent = compared.size < 2 ? "Compare (tick two)" : "Compare";
   drawSheet();
 }
 
@@ -186,7 +190,35 @@ function turn(id) {
   find("lost").textContent = "";
   live.leave();
   draw();
+  choose();
   if (!find("shown").hidden) find("shown-title").focus();
+  pointToRemedy();
+}
+
+// The form says how the result in sight was made.
+function choose() {
+  const options = state.cameras.find((each) => each.id === shown)?.options;
+  if (!options) return;
+  for (const field of find("options").elements) {
+    if (field.type === "checkbox") field.checked = field.name in options;
+    else if (field.name) field.value = options[field.name] ?? "";
+  }
+}
+
+// Who waited for a result that failed goes on at the option that the reason names.
+function pointToRemedy() {
+  const camera = state.cameras.find((each) => each.id === awaited);
+  if (camera?.state === "running") return;
+  awaited = "";
+  const isWaiting = [document.body, find("shown-title")].includes(document.activeElement);
+  if (camera?.id === shown && isWaiting) focusNamed(camera.error);
+}
+
+function focusNamed(text) {
+  const names = [...text.matchAll(/--([a-z]+(?:-[a-z]+)*)/g)].map(([, name]) => name.replace("-", "_"));
+  const field = names.map((name) => find("options").elements[name]).find(Boolean);
+  if (find("more").contains(field ?? null)) find("more").open = true;
+  field?.focus();
 }
 
 function drawSheet() {
@@ -279,7 +311,11 @@ const calibrate = attempt(async () => {
   try {
     const { id } = await (await ask("cameras", { method: "POST", json: options })).json();
     await refresh();
+    awaited = id;
     show(id);
+  } catch (error) {
+    focusNamed(error.message);
+    throw error;
   } finally {
     draw();
   }
@@ -340,4 +376,5 @@ const live = setUpLive({ ask, tell, attempt, redraw: draw, saved: async (id) => 
 attempt(async () => {
   await (await ask("session", { method: "POST" })).json();
   await refresh();
+  choose();
 })();
