@@ -161,8 +161,9 @@ def bracket_evidence(
     if first is None or len(sources) < 2:  # noqa: PLR2004 - exposures to compare
         msg = "a bracket needs two or more frames of one scene at different exposures"
         raise UnfitFramesError(msg)
+    inner = [_inner(sample, n_levels) for sample in samples]
     if log_exposures is None:
-        log_exposures = _guessed(samples, n_levels)
+        log_exposures = _guessed(samples, inner, n_levels)
     stacked = {name: _histograms(samples, name, n_levels) for name in samples[0].levels}
     pairs = _pairs(log_exposures)
     if not pairs:
@@ -183,8 +184,8 @@ def bracket_evidence(
         exposure_error=exposure_error,
         histograms=stacked,
         checks=tuple(checks),
-        overlaps=tuple(_overlap(one, other, n_levels) for one, other in pairwise(samples)),
-        brightenings=tuple(_brightening(one, other, n_levels) for one, other in pairwise(samples)),
+        overlaps=_overlaps(samples, inner),
+        brightenings=_brightenings(samples, inner),
         bit_depth=first.bit_depth,
         sources=tuple(sources),
     )
@@ -198,24 +199,26 @@ def _inner(sample: _Sample, n_levels: int) -> Bools:
     return inner
 
 
-def _overlap(one: _Sample, other: _Sample, n_levels: int) -> float:
-    both = _inner(one, n_levels) & _inner(other, n_levels)
-    return float(both.sum() / max((one.usable & other.usable).sum(), 1))
+def _overlaps(samples: list[_Sample], inner: list[Bools]) -> tuple[float, ...]:
+    return tuple(
+        float((a & b).sum() / max((one.usable & other.usable).sum(), 1))
+        for (one, other), (a, b) in zip(pairwise(samples), pairwise(inner), strict=True)
+    )
 
 
-def _brightening(one: _Sample, other: _Sample, n_levels: int) -> float:
-    both = _inner(one, n_levels) & _inner(other, n_levels)
-    if not both.any():
-        return 0.0
-    before, after = (sum(int(v[both].sum()) for v in each.levels.values()) for each in (one, other))
-    return float(np.log(after / before))
+def _brightenings(samples: list[_Sample], inner: list[Bools]) -> tuple[float, ...]:
+    rises = []
+    for pair, (a, b) in zip(pairwise(samples), pairwise(inner), strict=True):
+        both = a & b
+        before, after = (sum(int(v[both].sum()) for v in each.levels.values()) for each in pair)
+        rises.append(float(np.log(after / before)) if before else 0.0)
+    return tuple(rises)
 
 
-def _guessed(samples: list[_Sample], n_levels: int) -> Floats:
+def _guessed(samples: list[_Sample], inner: list[Bools], n_levels: int) -> Floats:
     """Ln of the exposures if the camera were the mean of all, shape (K,)."""
     edges = irradiance_at_edges(measured_prior(n_levels).mean)
     log_light = np.log((edges[1:] + edges[:-1]) / 2)
-    inner = [_inner(sample, n_levels) for sample in samples]
     steps = [0.0]
     for (one, other), (a, b) in zip(pairwise(samples), pairwise(inner), strict=True):
         both = a & b

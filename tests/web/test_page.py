@@ -75,12 +75,17 @@ def drop(page: Page, paths: list[Path]) -> None:
     )
 
 
+def drop_two(page: Page, frames: list[Path]) -> None:
+    """Drop two frames and wait until they are listed."""
+    drop(page, frames)
+    page.wait_for_selector("#uploads li:nth-child(2)")
+
+
 def calibrated(page: Page, frames: list[Path], method: str = "nlf") -> Page:
     """Drop frames and wait for the report."""
     if method:
         page.select_option("[name=method]", method)
-    drop(page, frames)
-    page.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(page, frames)
     page.click("#calibrate")
     page.wait_for_selector("#report svg")
     return page
@@ -95,8 +100,7 @@ def test_frames_dropped_become_a_curve(
     """Drop, progress, curve, another method, downloads equal to what the command line writes."""
     page = visit()
     assert page.is_disabled("#calibrate")
-    drop(page, frames)
-    page.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(page, frames)
     assert page.locator("#uploads span").all_inner_texts() == ["shot_1.png", "shot_2.png"]
 
     page.select_option("[name=method]", "ism-bin")
@@ -171,8 +175,7 @@ def test_an_option_that_is_refused_can_be_mended(
     visit: Callable[..., Page], frames: list[Path]
 ) -> None:
     page = visit()
-    drop(page, frames)
-    page.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(page, frames)
     page.click("summary")
     page.fill("[name=times]", "1, zwei")
     page.click("#calibrate")
@@ -192,8 +195,7 @@ def test_frames_that_tell_nothing_are_explained(
     page = visit()
     twin = tmp_path / "twin.png"
     twin.write_bytes(frames[0].read_bytes())
-    drop(page, [frames[0], twin])
-    page.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(page, [frames[0], twin])
     page.click("#calibrate")
     page.wait_for_selector("#failed:not([hidden])")
 
@@ -229,8 +231,7 @@ def test_a_reload_in_the_middle_loses_nothing(
 ) -> None:
     page = visit()
     page.select_option("[name=method]", "ism-bin")
-    drop(page, frames)
-    page.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(page, frames)
     page.click("#calibrate")
     until(page, "document.getElementById('bar').value > 0")
 
@@ -245,8 +246,7 @@ def test_a_reload_in_the_middle_loses_nothing(
 
 def test_two_browsers_do_not_meet(visit: Callable[..., Page], frames: list[Path]) -> None:
     one, other = visit(), visit()
-    drop(one, frames)
-    one.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(one, frames)
     drop(other, frames[:1])
     other.wait_for_selector("#uploads li")
     for page in (one, other):
@@ -262,8 +262,7 @@ def test_two_browsers_do_not_meet(visit: Callable[..., Page], frames: list[Path]
 def test_work_is_stopped(visit: Callable[..., Page], frames: list[Path]) -> None:
     page = visit()
     page.select_option("[name=method]", "ism-bin")
-    drop(page, frames)
-    page.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(page, frames)
     page.click("#calibrate")
     page.click("#stop")
 
@@ -346,8 +345,7 @@ def test_the_option_that_is_missed_has_the_focus(
     visit: Callable[..., Page], frames: list[Path]
 ) -> None:
     page = visit()
-    drop(page, frames)
-    page.wait_for_selector("#uploads li:nth-child(2)")
+    drop_two(page, frames)
     page.click("summary")
     page.select_option("[name=evidence]", "bracket")
     page.click("summary")

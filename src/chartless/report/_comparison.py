@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from chartless.calibration import Calibration
 from chartless.plotting import draw_differences, draw_responses
 from chartless.report._figures import HALF, Drawing
-from chartless.report._page import environment, part
+from chartless.report._page import environment
 from chartless.report._svg import inline_svg
 from chartless.response import Response
 from chartless.summary import error_text
@@ -50,7 +50,7 @@ def comparison(cameras: Sequence[tuple[str, Calibration]]) -> str:
             cameras, curves, apart, strict=True
         )
     ]
-    page = environment().from_string(part("comparison.html"))
+    page = environment().get_template("comparison.html")
     return page.render(figures=_figures(curves, apart), rows=rows)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 from chartless.calibration import Calibration
@@ -66,7 +66,7 @@ def render(calibration: Calibration, frame: Frame | None = None) -> str:
         If the frame's channels are not those of the calibration.
     """
     judged = verdict(calibration.channels)
-    return environment().from_string(part("page.html")).render(
+    return environment().get_template("page.html").render(
         style=Markup(stylesheet()),  # noqa: S704 - ours
         verdict=judged,
         grade=judged.grade.name.lower(),
@@ -95,7 +95,11 @@ def stylesheet() -> str:
 def environment() -> Environment:
     """Templates as all pages here use them."""
     made = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        loader=FunctionLoader(part),
     )
     made.filters["data_uri"] = _data_uri
     made.filters["unbroken"] = unbroken
