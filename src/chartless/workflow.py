@@ -43,7 +43,7 @@ def calibrate(
     frames: Sequence[str | os.PathLike[str] | Levels],
     *,
     model: str | None = None,
-    method: str | None = None,
+    method: str | AbstractCalibrator | None = None,
     channels: str = "auto",
     n_levels: int | None = None,
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None = None,
@@ -75,8 +75,9 @@ def calibrate(
     model : str, optional
         Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
         curve at all (likelihood, nlf, raw) or ameegc2-exact (ism-bin, ism-sampled).
-    method : str, optional
-        A name in `chartless.CALIBRATORS`. Without, likelihood, or raw with raw files.
+    method : str or AbstractCalibrator, optional
+        A name in `chartless.CALIBRATORS`, or a calibrator that has its model and settings already.
+        Without, likelihood, or raw with raw files.
     channels : str
         "auto" (those of the frames, luma of a video), "rgb" or "luma".
     n_levels : int, optional
@@ -203,7 +204,7 @@ def calibrate(
         provenance=provenance(
             read.sources,
             {
-                "method": method,
+                "method": calibrator.method,
                 "model": calibrator.family,
                 "evidence": read.reason,
                 "channels": channels,
@@ -220,7 +221,15 @@ def calibrate(
     )
 
 
-def _calibrator(method: str, model: str | None, settings: JsonObject) -> AbstractCalibrator:
+def _calibrator(
+    method: str | AbstractCalibrator, model: str | None, settings: JsonObject
+) -> AbstractCalibrator:
+    if isinstance(method, AbstractCalibrator):
+        if model is not None or settings:
+            given = ", ".join([*(["model"] if model is not None else []), *settings])
+            msg = f"method is a calibrator that is already set up: set {given} on it, not here"
+            raise ParameterError(msg)
+        return method
     make = CALIBRATORS[method]
     known = make().settings
     for name in settings:
