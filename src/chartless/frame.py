@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chartless.compression import Blocks
 from chartless.types import Bools, Floats, Floats32, Levels
 
 
@@ -74,6 +75,8 @@ class Frame:
     white : int
         The level of brightness 1: 4095 of 12 bits, 219 of the luma of most videos. Without, the
         largest that the type of the levels holds.
+    blocks : Blocks, optional
+        Pixels that lossy compression coded together, as far as the file tells.
     """
 
     path: Path
@@ -83,6 +86,7 @@ class Frame:
     remarks: tuple[str, ...] = ()
     sha256: str = ""
     white: int = 0
+    blocks: Blocks | None = None
 
     def __post_init__(self) -> None:
         if not self.white:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 
+from chartless.compression import JPEG_BLOCK, Blocks
 from chartless.errors import ImageError
 from chartless.frame import CameraSettings, Frame, Picture, RawPicture
 from chartless.images._depth import FEWEST_BITS, MOST_BITS, narrowed, significant_bits
@@ -47,6 +48,8 @@ _WIDENED = (10, 12, 14)
 _PHOTOMETRY = "tiff:PhotometricInterpretation"
 _WHITE_IS_ZERO, _PALETTE = 0, 3
 _PHOTOMETRIC = (_WHITE_IS_ZERO, 1, 2, 6)  # TIFF: grey, grey, RGB, YCbCr
+_CHROMA = {"4:4:4": (1, 1), "4:2:2": (1, 2), "4:4:0": (2, 1), "4:2:0": (2, 2), "4:1:1": (1, 4)}
+"""Rows and columns of pixels that share a chroma sample."""
 _PNM_HEADER = re.compile(rb"P[2356](?:\s+(?:#[^\n]*\n\s*)*(\d+)){3}\s")
 _TOO_LARGE = re.compile(r"limit|may not exceed|header claims")
 
@@ -105,7 +108,22 @@ def read_frame(path: str | os.PathLike[str], *, raw: bool = False) -> Frame:
         remarks=tuple(remarks),
         sha256=digest(path),
         white=white,
+        blocks=_blocks(source.format_name(), spec, head),
     )
+
+
+def _blocks(file_format: str, spec: oiio.ImageSpec, head: bytes) -> Blocks | None:
+    """Pixels that the file codes together; None of files without loss."""
+    if file_format == "jpeg":
+        # "4:2:2" and the like: chroma of a block of 8 × 8 stands for so many more pixels.
+        chroma = spec.get_string_attribute("jpeg:subsampling", "4:4:4")
+        down, right = _CHROMA.get(chroma, (2, 2))
+        if spec.nchannels == 1:
+            down, right = 1, 1
+        return Blocks(down * JPEG_BLOCK, right * JPEG_BLOCK)
+    lossy_webp = file_format == "webp" and b"VP8L" not in head[:64]
+    # Wavelets of JPEG 2000 have no blocks; what they ring over is about as wide as those of WebP.
+    return Blocks(16, 16) if lossy_webp or file_format == "jpeg2000" else None
 
 
 def _stored_bits(file_format: str, spec: oiio.ImageSpec, head: bytes) -> int:
