@@ -41,7 +41,7 @@ from scipy.special import ndtr
 
 from chartless.likelihood import Expansion
 from chartless.noise import TYPICAL_8BIT, TYPICAL_SPREAD, AffineNoise
-from chartless.types import Floats, Indices
+from chartless.types import Bools, Floats, Indices
 
 STRAY = 0.01
 """Share of pixels that may show any level."""
@@ -52,6 +52,7 @@ FIRST_PIXELS = 10.0
 """Pixels that a row counts as at most, before its scatter is known."""
 _SHARED = 0.3  # of the variance of the scatter: common to all pixels of a level
 _MOST_SHIFT = 0.5
+_NEVER = 1e3  # deviations that no pixel is away
 _REACH = 4.5  # deviations from the expected level beyond which only stray pixels show
 
 
@@ -70,6 +71,9 @@ class Conditions(NamedTuple):
     """Shape (J,)."""
     stray: Floats
     """Probability of each level where a pixel may show any, shape (L,)."""
+    clipped: Bools
+    """Edges that lie within black or within white, shape (L − 1,): no pixel tells their sides
+    apart."""
     far: float
     """Log-likelihood if all pixels were such."""
 
@@ -78,13 +82,14 @@ class Conditions(NamedTuple):
 class Comparagram:
     """How often pixels show level j in one exposure and level i in a shorter one.
 
-    Those of one exact ratio add up to one.
+    Those of one exact ratio add up to one. A table may be read the other way round: then its longer
+    exposure is the shorter of the two, and the ratio ρ lies below 1.
     """
 
     shorter: int
-    """Number of the shorter exposure."""
+    """Number of the exposure whose levels are explained, commonly the shorter one."""
     longer: int
-    """Number of the longer one."""
+    """Number of the exposure whose levels are given."""
     counts: Floats
     """Weighted counts, shape (L, L): rows j of the longer, columns i of the shorter exposure."""
     trust: Floats
@@ -98,12 +103,24 @@ class Comparagram:
     noise: Floats | None = None
     """Variance of the noise of each row as a share of m², shape (L,), up to the common factor;
     without, that of u and v."""
+    margin: int = 0
+    """Levels next to black and next to white that may be either: lossy files blur clipping. They
+    are no condition, and in the shorter exposure they count as clipped."""
 
     @cached_property
     def conditions(self) -> Conditions:
         """Rows as the likelihood takes them, the same for any curve."""
-        upper = 1 + np.flatnonzero(self.counts[1:-1].any(axis=1))  # that of level j is edge j
+        black, white = self.margin, len(self.counts) - 1 - self.margin
+        seen = self.counts.any(axis=1)
+        seen[: black + 1] = seen[white:] = False
+        upper = np.flatnonzero(seen)  # of level j is edge j
         counts, trust = self.counts[upper], self.trust[upper]
+        if self.margin > 0:
+            counts[:, black] = counts[:, : black + 1].sum(axis=1)
+            counts[:, white] = counts[:, white:].sum(axis=1)
+            counts[:, :black] = counts[:, white + 1 :] = 0.0
+        edge = np.arange(len(self.counts) - 1)
+        clipped = (edge < black) | (edge >= white)
         n_pixels = counts.sum(axis=1)
         weight = trust * np.minimum(1.0, FIRST_PIXELS / n_pixels)
         if self.weight is not None:
@@ -112,7 +129,7 @@ class Comparagram:
         seen = counts.sum(axis=0)
         stray = STRAY * (seen + 1.0) / (seen.sum() + seen.size)
         far = float(seen @ np.log(stray))
-        return Conditions(upper, counts, counts.sum(axis=1), n_pixels, trust, stray, far)
+        return Conditions(upper, counts, counts.sum(axis=1), n_pixels, trust, stray, clipped, far)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -363,6 +380,10 @@ class _Rows:
         self._first: Indices = np.minimum(first, edges.size - n_near)
         near = sliding_window_view(edges, n_near)[self._first]
         self._distance = (near - self._mean[:, np.newaxis]) / self._deviation
+        if given.clipped.any():
+            edge = np.arange(edges.size)
+            beyond = np.where(given.clipped, np.where(edge < edge.size // 2, -_NEVER, _NEVER), 0.0)
+            self._distance += sliding_window_view(beyond, n_near)[self._first]
         self._stray = sliding_window_view(given.stray, n_near + 1)[self._first]
         rows = np.arange(self._upper.size)
         self._counts = _windows(given.counts, n_near + 1)[rows, self._first]

@@ -6,6 +6,11 @@ then compared with the next three, pixel by pixel; more pairs take longer and
 tell little more (on nine real cameras the median error is 0.0059 with neighbours alone,
 0.0055 with the next two, 0.0051 with the next three).
 
+Files that lose something, such as JPEG, blur clipping: a pixel in a block with white pixels is not
+evidence of its level, and levels next to white and black may be either. Their levels err as much as
+their light, in either exposure, and pairs are compared both ways: what one way takes too high the
+other takes too low (docs/design/0011-jpeg.md).
+
 Colours are heard less than greys. What a camera does to a colour beyond its curve (a matrix,
 a gamut, a film look) moves red, green and blue against each other; of neutral pixels it
 moves none. Where the scene has no greys, colours still tell.
@@ -20,7 +25,8 @@ import numpy as np
 
 from chartless.brightness_transfer import brightness_transfer
 from chartless.channels import planes_of, require_alike, require_mask
-from chartless.errors import UnfitFramesError
+from chartless.compression import Blocks, former_blocks
+from chartless.errors import ParameterError, UnfitFramesError
 from chartless.exposure_likelihood import Comparagram, ExposureCounts
 from chartless.frame import Frame, FrameSource
 from chartless.log_slopes import irradiance_at_edges, measured_prior
@@ -31,6 +37,8 @@ MOST_LEVELS = 256
 """Levels at which exposures are compared; a finer curve is interpolated."""
 LEAST_STEP = math.log(1.05)
 """Of ln of the exposure; below, two exposures are as good as one."""
+LOSSY_MARGIN = 3
+"""Levels next to black and white that lossy compression makes of clipped pixels."""
 SAMPLE = 1 << 18
 """Pixels of a frame that are kept, at most."""
 GREY_PIXELS, COLOURED_PIXELS = 1000.0, 100.0
@@ -62,6 +70,8 @@ class BracketEvidence:
     """One for each exposure and the next, their levels brought together."""
     overlaps: tuple[float, ...]
     """Share of usable pixels that are neither black nor white in an exposure and the next."""
+    lossy: bool
+    """Whether the frames went through lossy compression, by their files or by what they show."""
     brightenings: tuple[float, ...]
     """ln of the mean level of such pixels in the next exposure over that in an exposure; 0 if there
     are none."""
@@ -120,7 +130,7 @@ def bracket_evidence(
     mask : ndarray of bool, shape (M, N), optional
         Only pixels where it is True are used.
     bloom_radius : int
-        Pixels around saturated ones that are left out of an exposure.
+        Pixels around saturated ones that are left out of an exposure; 0 if not `aligned`.
     aligned : bool
         Whether a pixel sees the same spot in all frames. If not, levels are matched by their
         rank: the brightest tenth of one exposure is the brightest tenth of the other (Grossberg
@@ -137,6 +147,13 @@ def bracket_evidence(
         If `channels`, `n_levels` or the mask does not suit the frames.
     """
     n_levels = min(n_levels, MOST_LEVELS)
+    if bloom_radius > 0 and not aligned:
+        msg = (
+            "bloom_radius leaves other pixels out of each exposure, and unaligned exposures are "
+            "matched by all of theirs: use one or the other"
+        )
+        raise ParameterError(msg)
+    history = _History()
     samples: list[_Sample] = []
     sources: list[FrameSource] = []
     checks: list[PairCheck] = []
@@ -148,7 +165,15 @@ def bracket_evidence(
             first = frame
         require_alike(first, frame, one_exposure=False)
         planes = planes_of(frame, channels, n_levels)
-        samples.append(_sample(planes, n_levels, mask, bloom_radius))
+        blocks = history.blocks(frame)
+        usable = np.broadcast_to(True, frame.levels.shape[:2]) if mask is None else mask
+        if aligned:
+            usable = usable & ~_disturbed(planes, n_levels, bloom_radius, blocks)
+        if channels == "luma" and frame.levels.shape[-1] > 1:
+            # Light in luma of another colour is another mixture of three curves.
+            colours = [frame.levels[..., c].ravel() for c in range(3)]
+            usable = usable & (_chroma(colours, frame.white + 1) <= NEUTRAL).reshape(usable.shape)
+        samples.append(_sample(planes, n_levels, usable))
         if aligned and before:
             middle = list(planes)[len(planes) // 2]
             one, other = (sample.levels[middle] for sample in samples[-2:])
@@ -172,10 +197,13 @@ def bracket_evidence(
             "for frames of one exposure"
         )
         raise UnfitFramesError(msg)
+    if history.lossy:
+        pairs += [(longer, shorter) for shorter, longer in pairs]
+    margin = LOSSY_MARGIN if history.lossy else 0
     if aligned:
-        tables = _compared(samples, pairs, stacked)
+        tables = _compared(samples, pairs, stacked, margin)
     else:
-        tables = {name: _matched(rows, pairs) for name, rows in stacked.items()}
+        tables = {name: _matched(rows, pairs, margin) for name, rows in stacked.items()}
     if exposure_error == 0:
         tables = {name: _pooled(each, log_exposures) for name, each in tables.items()}
     return BracketEvidence(
@@ -185,6 +213,7 @@ def bracket_evidence(
         histograms=stacked,
         checks=tuple(checks),
         overlaps=_overlaps(samples, inner),
+        lossy=history.lossy,
         brightenings=_brightenings(samples, inner),
         bit_depth=first.bit_depth,
         sources=tuple(sources),
@@ -277,18 +306,44 @@ def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in steps if log_exposures[b] - log_exposures[a] > LEAST_STEP]
 
 
-def _sample(
-    planes: dict[str, Levels], n_levels: int, mask: Bools | None, bloom_radius: int
-) -> _Sample:
-    shape = next(iter(planes.values())).shape
-    step = max(1, int(np.ceil(np.sqrt(shape[0] * shape[1] / SAMPLE))))
-    chosen = np.s_[step // 2 :: step, step // 2 :: step]
-    usable = np.broadcast_to(True, shape) if mask is None else mask
+class _History:
+    """What frames tell of lossy compression, read one by one."""
+
+    def __init__(self) -> None:
+        self.lossy = False
+        self._former: Blocks | None = None
+        self._sure = False
+
+    def blocks(self, frame: Frame) -> Blocks | None:
+        """Blocks that were coded together in a frame, as far as is known by now."""
+        if frame.blocks is not None:
+            self.lossy = True
+            return frame.blocks
+        if not self._sure:  # frames of a bracket have one history
+            self._former, self._sure = former_blocks(frame.levels)
+            self.lossy |= self._former is not None
+        return self._former
+
+
+def _disturbed(
+    planes: dict[str, Levels], n_levels: int, bloom_radius: int, blocks: Blocks | None
+) -> Bools:
+    """Pixels too close to white for their levels to be believed, shape (M, N)."""
+    white = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
+    disturbed = np.zeros_like(white) if blocks is None else blocks.touched(white)
     if bloom_radius > 0:
         from scipy.ndimage import binary_dilation
 
-        saturated = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
-        usable = usable & ~binary_dilation(saturated, _disc(bloom_radius))
+        disturbed |= binary_dilation(white, _disc(bloom_radius))
+    return disturbed
+
+
+def _sample(planes: dict[str, Levels], n_levels: int, usable: Bools) -> _Sample:
+    height, width = usable.shape
+    excess = max(1.0, height * width / SAMPLE)
+    down = int(np.sqrt(excess))
+    right = int(np.ceil(excess / down))
+    chosen = np.s_[down // 2 :: down, right // 2 :: right]
     levels = {name: plane[chosen].ravel() for name, plane in planes.items()}
     return _Sample(levels, usable[chosen].ravel(), _chroma([*levels.values()], n_levels))
 
@@ -315,7 +370,10 @@ def _chroma(planes: list[Levels], n_levels: int) -> Floats32:
 
 
 def _compared(
-    samples: list[_Sample], pairs: list[tuple[int, int]], histograms: dict[str, Counts]
+    samples: list[_Sample],
+    pairs: list[tuple[int, int]],
+    histograms: dict[str, Counts],
+    margin: int,
 ) -> dict[str, tuple[Comparagram, ...]]:
     """Comparagrams of pixels at the same place, of each channel."""
     tables: dict[str, list[Comparagram]] = {name: [] for name in histograms}
@@ -341,12 +399,15 @@ def _compared(
                     counts=np.einsum("kji,kj->ji", counts, weight),
                     trust=share + COLOURED_TRUST * (1 - share),
                     histogram=seen[longer].astype(np.float64),
+                    margin=margin,
                 )
             )
     return {name: tuple(each) for name, each in tables.items()}
 
 
-def _matched(histograms: Counts, pairs: list[tuple[int, int]]) -> tuple[Comparagram, ...]:
+def _matched(
+    histograms: Counts, pairs: list[tuple[int, int]], margin: int
+) -> tuple[Comparagram, ...]:
     """Comparagrams of pixels of the same rank."""
     tables = []
     for shorter, longer in pairs:
@@ -359,7 +420,7 @@ def _matched(histograms: Counts, pairs: list[tuple[int, int]]) -> tuple[Comparag
         trust = np.full(len(counts), COLOURED_TRUST)
         weighted = _weighted(counts, COLOURED_PIXELS)
         seen = histograms[longer].astype(np.float64)
-        tables.append(Comparagram(shorter, longer, weighted, trust, seen))
+        tables.append(Comparagram(shorter, longer, weighted, trust, seen, margin=margin))
     return tuple(tables)
 
 

@@ -384,6 +384,8 @@ def _transfers(counts: ExposureCounts, log_exposures: Floats) -> tuple[SeenTrans
     """What the pictures show of the curve before any model, rounded for the file."""
     found = []
     for table in counts.tables:
+        if log_exposures[table.longer] < log_exposures[table.shorter]:
+            continue  # the same pixels read the other way round
         upper, lower = brightness_transfer(table.counts)
         ratio = float(np.exp(log_exposures[table.longer] - log_exposures[table.shorter]))
         found.append(SeenTransfer(ratio, tuple(upper.tolist()), tuple(lower.round(2).tolist())))
