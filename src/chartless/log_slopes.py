@@ -22,6 +22,10 @@ N_BINS = 256
 # Roughness that smooth measured curves lack: Matérn 3/2 of this share of their deviation and
 # this length in brightness; and white, per level. docs/design/0006 has what other values do.
 _ROUGHNESS, _LENGTH, _WHITE = 0.02, 8 / 255, 0.003
+# What DoRF does not know of digital cameras: how hard their shoulders are. Matérn 3/2 of this
+# deviation at white and this length in ln of the distance from white, as shoulders are powers of
+# it; it falls off by e within so many brightnesses. scripts/fit_shoulder.py has what it is made from.
+_SHOULDER, _SHOULDER_LENGTH, _SHOULDER_REACH = 1.0, 0.75, 32 / 255
 _STEEPEST = 5.0
 """Digitised curves have plateaus; their log slope is cut here."""
 
@@ -96,6 +100,7 @@ class LogSlopeBasis:
         relative = deviation / np.sqrt(np.mean(deviation**2))
         covariance += _ROUGHNESS**2 * np.outer(relative, relative) * matern
         covariance += _WHITE**2 * np.eye(n_levels)
+        covariance += _shoulder(centres)
         return CurvePrior(mean, covariance)
 
 
@@ -130,6 +135,14 @@ def measured_prior(n_levels: int = N_BINS) -> CurvePrior:
         arrays = np.load(file, allow_pickle=False)
         mean, components = (arrays[name].astype(np.float64) for name in ("mean", "components"))
     return LogSlopeBasis(mean, components).prior(n_levels)
+
+
+def _shoulder(centres: Floats) -> Floats:
+    """Covariance of log slopes by shoulders of any hardness, shape (L, L)."""
+    below = 1 - centres
+    apart = np.sqrt(3) * np.abs(np.subtract.outer(np.log(below), np.log(below))) / _SHOULDER_LENGTH
+    fading = _SHOULDER * np.exp(-below / _SHOULDER_REACH)
+    return np.asarray((1 + apart) * np.exp(-apart) * np.outer(fading, fading))
 
 
 def _centres(n_levels: int) -> Floats:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_triangular
 
 from chartless._pchip import pchip
-from chartless.curve_space import AbstractCurveSpace, FamilyCurve, in_coordinates
+from chartless.curve_space import AbstractCurveSpace, FamilyCurve, FreeCurve, in_coordinates
 from chartless.errors import ParameterError
 from chartless.likelihood import DARK_PIXELS, PairCounts
 from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
@@ -401,6 +401,8 @@ def integrated(
     coordinates = np.array([mode.state.coordinates[:n_coordinates] for mode in modes])
     covariances = np.array([covariance_of(mode, slice(n_coordinates)) for mode in modes])
     share_of_mode = np.eye(len(modes))
+    if len(modes) == 1 and isinstance(space, FreeCurve):
+        curves[0], curve_variances[0] = _moments(best, space)
     if len(modes) > 1:
         pieces = [np.linspace(*ends, _FINE, endpoint=False) for ends in pairwise(log_ratios)]
         fine = np.concatenate([*pieces, log_ratios[-1:]])
@@ -437,6 +439,19 @@ def integrated(
         share_of_mode @ weights,
         within[top][0],
     )
+
+
+_DRAWS = 256
+
+
+def _moments(mode: Mode, space: AbstractCurveSpace) -> tuple[Floats, Floats]:
+    """Mean and variance of g at the levels, shape (L,) each, over draws about a mode."""
+    size = mode.state.coordinates.size
+    draws = np.random.default_rng(0).standard_normal((len(mode.factor), _DRAWS))
+    away = solve_triangular(mode.factor, draws, lower=True, trans="T", check_finite=False)[:size]
+    both = np.concatenate([away, -away], axis=1)
+    curves = np.array([at_levels(space.edges(mode.state.coordinates + each)) for each in both.T])
+    return curves.mean(axis=0), curves.var(axis=0)
 
 
 def _spread(values: Floats, weights: Floats) -> Floats:
