@@ -157,14 +157,54 @@ def test_png_pixels_are_turned_upright(
     assert frame.orientation == 1
 
 
-def test_linear_light_is_labelled(tmp_path: Path) -> None:
+def chunks(path: Path) -> dict[bytes, bytes]:
+    """Content of the chunks of a PNG file by their names."""
+    content, at, found = path.read_bytes(), 8, {}
+    while at < len(content):
+        size, name = struct.unpack_from(">I4s", content, at)
+        found[name] = content[at + 8 : at + 8 + size]
+        at += 12 + size
+    return found
+
+
+COLOUR_CHUNKS = {b"sRGB", b"cHRM", b"cICP", b"iCCP"}
+
+
+def test_linear_light_is_labelled_in_a_png(tmp_path: Path) -> None:
+    """As gamma 1, in units of 1/100,000."""
     values = np.full((2, 2, 3), 0.5)
 
-    for suffix in (".exr", ".png"):
-        write_image(tmp_path / f"out{suffix}", values)
+    write_image(tmp_path / "light.png", values)
+    write_image(tmp_path / "other.png", values, linear=False)
 
-        _, spec = stored(tmp_path / f"out{suffix}")
-        assert spec.get_string_attribute("oiio:ColorSpace").startswith("lin_rec709")
+    assert struct.unpack(">I", chunks(tmp_path / "light.png")[b"gAMA"]) == (100_000,)
+    assert b"gAMA" not in chunks(tmp_path / "other.png")
+
+
+@pytest.mark.parametrize("linear", [True, False])
+@pytest.mark.parametrize("suffix", [".exr", ".tif", ".png", ".hdr"])
+def test_no_file_claims_primaries(suffix: str, linear: bool, tmp_path: Path) -> None:
+    """What the bytes say, and what a reader is told of them."""
+    path = tmp_path / f"out{suffix}"
+
+    write_image(path, np.full((2, 2, 3), 0.5), linear=linear)
+
+    content = path.read_bytes().lower()
+    for claim in (b"chromaticities", b"rec709", b"srgb", b"colorinteropid", b"primaries="):
+        assert claim not in content
+    if suffix == ".png":
+        assert not COLOUR_CHUNKS & chunks(path).keys()
+    elif suffix != ".hdr":  # of PNG and HDR readers suppose something themselves
+        assert stored(path)[1].getattribute("oiio:ColorSpace") is None
+
+
+@pytest.mark.parametrize("n_channels", [1, 3])
+def test_exr_says_that_primaries_are_unmeasured(n_channels: int, tmp_path: Path) -> None:
+    write_image(tmp_path / "out.exr", np.zeros((2, 3, n_channels)))
+
+    told = stored(tmp_path / "out.exr")[1].getattribute("chartless:primaries")
+
+    assert told == ("those of the camera, not measured" if n_channels == 3 else None)
 
 
 def test_exr_keeps_any_metadata_and_tiff_what_it_knows(tmp_path: Path) -> None:

@@ -29,6 +29,8 @@ _DATA_TYPES: dict[str, tuple[DataType, ...]] = {  # the first is "auto"
 }
 _UPRIGHT = (".png", ".hdr")  # their viewers know no orientation
 _UNCALIBRATED = 65535  # EXIF ColorSpace
+_UNKNOWN = "unknown"  # as the identifiers of the Color Interop Forum have it
+_PRIMARIES = "those of the camera, not measured"
 _BUFFER = 1 << 16
 _PNG_FILTER = {"uint8": 0x40, "uint16": 0x08}  # PNG_FILTER_AVG, PNG_FILTER_NONE of libpng
 _PNG_LEVEL = 1  # of zlib: a third of the time of the usual 6 for some per cent of size
@@ -60,7 +62,9 @@ def write_image(
         EXIF orientation 1 … 8 of the picture, kept as metadata in EXR and TIFF. PNG and HDR
         viewers ignore it, so the pixels are turned instead.
     linear : bool
-        Label the picture as linear light where the format can. No pixel depends on it.
+        Label the picture as linear light where the format can: PNG by its gamma, EXR in words.
+        No pixel depends on it. Primaries are those of the camera, which nobody has measured: no
+        file claims others.
     metadata : mapping, optional
         More attributes. EXR keeps them all, TIFF those that EXIF and TIFF know, HDR none.
 
@@ -171,13 +175,17 @@ def _save(
     spec = oiio.ImageSpec(width, height, n_channels, stored)
     spec.attribute("Orientation", orientation)
     spec.attribute("Exif:ColorSpace", _UNCALIBRATED)  # the TIFF writer reports an empty EXIF
-    if path.suffix.lower() == ".png":
+    suffix = path.suffix.lower()
+    if suffix == ".png":
+        spec.attribute("oiio:ColorSpace", _UNKNOWN)  # else it would be called sRGB
+        if linear:
+            spec.attribute("oiio:Gamma", 1.0)
         # Trying all filters takes most of the time. 16 bits are mostly what a table made of fewer
         # levels: their few values repeat, and a filter would hide it.
         spec.attribute("png:filter", _PNG_FILTER[stored])
         spec.attribute("png:compressionLevel", _PNG_LEVEL)
-    if linear:
-        spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+    if suffix == ".exr" and linear and n_channels > 1:
+        spec.attribute("chartless:primaries", _PRIMARIES)
     for name, value in metadata.items():
         if isinstance(value, tuple):
             spec.attribute(name, f"float[{len(value)}]", value)
