@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from chartless.comparison import compare
 from chartless.models import MODELS
@@ -242,6 +243,24 @@ def test_a_picture_of_the_first_curve_is_drawn(
     assert done.out.splitlines()[-1] == f"picture written to {output}"
     assert output.read_bytes().startswith(b"<?xml")
     assert output.stat().st_size > 5000
+
+
+def test_every_family_is_drawn_once(
+    curve: Path, tmp_path: Path, chartless: Chartless, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The recommended one first."""
+    drawn: list[str] = []
+
+    def note(*arguments: Any, **_: object) -> Figure:
+        drawn.extend(fit.model.name for fit in arguments[2])
+        return Figure()
+
+    monkeypatch.setattr("chartless.plotting.fits_figure", note)
+
+    done = chartless("compare", curve, "-o", tmp_path / "compare.svg", "--json")
+
+    assert drawn[0] == done.json["recommended"]
+    assert len(drawn) == len(set(drawn)) == 4
 
 
 @pytest.mark.parametrize("output", ["missing/compare.png", "compare.gif", "curve.csv"])

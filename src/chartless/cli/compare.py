@@ -103,8 +103,9 @@ def _best(comparison: "Comparison") -> "list[Candidate]":
 def _telling(comparison: "Comparison") -> "list[Candidate]":
     """Return the recommended family, then the best others whose curves differ, valid ones first."""
     ranked = sorted(_best(comparison), key=lambda each: (not each.valid, each.bic))
-    if comparison.recommended is not None:
-        ranked.insert(0, comparison.recommended)
+    chief = comparison.recommended
+    if chief is not None:
+        ranked = [chief, *(each for each in ranked if each is not chief)]
     different = {f"{each.rmse:.3g}": each for each in reversed(ranked)}
     return [each for each in ranked if different[f"{each.rmse:.3g}"] is each][:_DRAWN]
 
