@@ -50,7 +50,7 @@ class FrameSource:
     span: tuple[int, int] | None = None
     """Of a video the first and the last frame used, from 1; None of a picture."""
     n_used: int | None = None
-    """How many of these were used, where not all."""
+    """How many of these were used, where not all; 0 of a picture that was given and not used."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

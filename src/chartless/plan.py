@@ -7,7 +7,7 @@ from settings alone, before a pixel is read.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TypeAlias
@@ -27,6 +27,7 @@ EXIF_ERROR = 0.02
 """Relative error of exposures that a camera notes: shutters and apertures are as good as that."""
 UNKNOWN_ERROR = 1.5
 """Deviation of ln t where nothing is known: a factor of four or five either way."""
+_AND_NOISE = ", and noise of "
 _DISAGREE = 0.5  # stops between --times and EXIF
 
 
@@ -53,6 +54,11 @@ class Plan:
     """Whether frames of one exposure are compared."""
     bracket: bool
     """Whether exposures are compared."""
+
+    def without_noise(self) -> "Plan":
+        """The same bracket for a method that reads no noise."""
+        reason, _, _ = self.reason.partition(_AND_NOISE)
+        return replace(self, noise=False, reason=reason)
 
 
 def parsed_times(parts: Sequence[str]) -> list[float] | list[str] | str:
@@ -155,7 +161,7 @@ def _repeats(groups: Groups, kind: str) -> tuple[bool, str]:
     """Whether noise is read too, and a clause that says so."""
     repeated = sum(len(group) > 1 for group in groups)
     noise = bool(repeated) and kind != "bracket"
-    return noise, f", and noise of {repeated} of them, which are repeated" if noise else ""
+    return noise, f"{_AND_NOISE}{repeated} of them, which are repeated" if noise else ""
 
 
 def _labels(times: Times, n_frames: int) -> list[str] | None:

@@ -31,7 +31,7 @@ class Doubt:
 
 
 def n_frames(calibration: Calibration) -> int:
-    """Frames that a calibration was made from; of a video those used."""
+    """Frames that were given for a calibration; of a video those used."""
     inputs = calibration.provenance.get("inputs", [])
     return sum(map(_frames_of, inputs))
 
@@ -98,7 +98,9 @@ def fit_text(response: Response) -> str:
 
 
 def _frames_of(source: JsonObject) -> int:
-    first, last = source.get("frames", (1, 1))
+    if "frames" not in source:
+        return 1  # also of a picture that was not used
+    first, last = source["frames"]
     return int(source.get("used", last - first + 1))
 
 

@@ -216,7 +216,7 @@ def calibrate(
             },
             responses,
             exposures=None if bracket is None else exposure_rows(bracket),
-            remarks=_raw_noise(read),
+            remarks=[*_repeats_left_out(read), *_raw_noise(read)],
         ),
     )
 
@@ -278,6 +278,19 @@ def _is_array(item: object) -> bool:
     return isinstance(item, np.ndarray)
 
 
+def _repeats_left_out(read: "_Read") -> list[str]:
+    """Remark that frames were given and not read."""
+    n_unread = sum(source.n_used == 0 for source in read.sources)
+    if not n_unread:
+        return []
+    one = n_unread == 1
+    text = (
+        f"{n_unread} frame{'s' * (not one)} repeat{'s' * one} an exposure and "
+        f"{'was' if one else 'were'} not used: only their noise would tell more"
+    )
+    return [text]
+
+
 def _raw_noise(read: "_Read") -> list[str]:
     """Remark that sensors are not what is taken for usual in noise."""
     files = [source.path for source in read.sources if source.path.suffix]  # arrays have none
@@ -308,6 +321,8 @@ def _plan(
     ]
     plan = planned(names, [_settings(item) for item in items], **asked)
     taken = calibrator.takes
+    if plan.bracket and plan.noise and "noise" not in taken:
+        plan = plan.without_noise()
     plan = replace(plan, noise=plan.noise and "noise" in taken)
     if plan.bracket and "exposures" not in taken:
         msg = (
@@ -377,8 +392,10 @@ def _read(
     )
     flags, n_levels = screen_bracket(exposures), common["n_levels"]
     if not plan.noise:
+        unread = [_unread(items[place], place) for group in plan.groups for place in group[1:]]
+        sources = (*exposures.sources, *unread)
         return _Read(
-            plan.reason, flags, exposures.sources, exposures.bit_depth, n_levels, bracket=exposures
+            plan.reason, flags, sources, exposures.bit_depth, n_levels, bracket=exposures
         )
     common = {**common, "n_levels": min(n_levels, MOST_LEVELS)}
     repeated = [group for group in plan.groups if len(group) > 1]
@@ -396,6 +413,15 @@ def _read(
     return _Read(
         plan.reason, both, sources, exposures.bit_depth, n_levels, noise=noise, bracket=exposures
     )
+
+
+def _unread(item: str | os.PathLike[str] | Levels, place: int) -> FrameSource:
+    """A frame that was given and repeats an exposure of which another frame is used."""
+    if isinstance(item, np.ndarray):
+        return replace(_array_frame(item, place + 1).source, n_used=0)
+    from chartless.images import digest
+
+    return FrameSource(Path(item), digest(Path(item)), (), n_used=0)
 
 
 def _read_raw(

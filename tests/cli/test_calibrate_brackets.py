@@ -102,6 +102,33 @@ def test_times_make_a_bracket(bracket: Bracket, chartless: Chartless) -> None:
 
 
 @pytest.mark.parametrize(
+    ("how", "n_unused"),
+    [
+        ((), 0),
+        (("--evidence", "bracket"), 2),
+        (("--method", "debevec"), 2),
+        (("--method", "debevec", "--times", "a,b,b,b,c"), 2),
+    ],
+)
+def test_all_frames_that_were_given_are_counted(
+    how: tuple[str, ...], n_unused: int, bracket: Bracket, chartless: Chartless
+) -> None:
+    """Also those that repeat an exposure where noise is not read: they are named as not used."""
+    files = bracket((1.0, 4.0, 4.0, 4.0, 16.0))
+
+    done = chartless("calibrate", *files, "--times", "1,4,4,4,16", *how)
+
+    assert done.out.splitlines()[-1] == "calibration of 5 frames written to camera.json"
+    inputs = load("camera.json").provenance["inputs"]
+    assert sorted(Path(each["file"]).name for each in inputs) == [each.name for each in files]
+    assert len({each["sha256"] for each in inputs}) == 5
+    unused = [Path(each["file"]).name for each in inputs if each.get("used") == 0]
+    assert unused == ["2.png", "3.png"][:n_unused]
+    assert ("2 frames repeat an exposure and were not used" in done.err) == bool(n_unused)
+    assert ("noise of 1 of them" in evidence(done)) == (not n_unused)
+
+
+@pytest.mark.parametrize(
     "times", ["2,8,32", "1/60,1/15,4/15", "1/60,1/15,0.26666667"], ids=["2", "1/60", "mixed"]
 )
 def test_times_may_be_fractions(times: str, bracket: Bracket, chartless: Chartless) -> None:
