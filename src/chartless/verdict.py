@@ -67,8 +67,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
 
     Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
     with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, that leaves
-    more than `WORST_EXPOSURE_MISFIT` between exposures, in the median of the channels, or of which
-    no error or no goodness of fit is known. Others are good.
+    more than `WORST_EXPOSURE_MISFIT` between exposures, in the channel that
+    `typical_of_exposures` chooses, or of which no error or no goodness of fit is known. Others are good.
 
     Parameters
     ----------
@@ -106,11 +106,12 @@ def verdict(channels: Sequence[Response]) -> Verdict:
         doubtful.append("No error is known for this curve.")
     if any(_is_untested(response) for response in channels):
         doubtful.append("Whether curve and noise explain the pictures was not tested.")
-    apart = _exposure_misfit(channels)
-    if apart > WORST_EXPOSURE_MISFIT:
+    typical = typical_of_exposures(channels)
+    apart = None if typical is None else typical.exposure_misfit
+    if typical is not None and apart is not None and apart > WORST_EXPOSURE_MISFIT:
         doubtful.append(
-            f"The light of two exposures is {apart:.1%} from their ratio in the median, of good "
-            f"brackets {WORST_EXPOSURE_MISFIT:.0%} or less: the camera may have set white balance "
+            f"The light of two exposures is {apart:.1%} from their ratio in the median (channel "
+            f"{typical.name}), of good brackets {WORST_EXPOSURE_MISFIT:.0%} or less: the camera may have set white balance "
             "or tone anew."
         )
     if other:
@@ -119,17 +120,22 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     return Verdict(grade, (*bad, *fine, *doubtful))
 
 
+def typical_of_exposures(channels: Sequence[Response]) -> Response | None:
+    """Channel by whose `Response.exposure_misfit` a bracket is judged; None if none is known.
+
+    The middle one by that misfit, of two the worse: fewer levels of one channel may be seen, and be
+    noisier.
+    """
+    known = [each for each in channels if each.exposure_misfit is not None]
+    ranked = sorted(known, key=lambda each: each.exposure_misfit or 0.0)
+    return ranked[len(ranked) // 2] if ranked else None
+
+
 def _grave(response: Response) -> set[Flag]:
     slight = response.deviance is not None and response.deviance <= WORST_DEVIANCE
     return {
         flag for flag in response.flags if flag in GRAVE and not (slight and flag is Flag.MISFIT)
     }
-
-
-def _exposure_misfit(channels: Sequence[Response]) -> float:
-    """In the median of the channels: fewer levels of one may be seen, and be noisier."""
-    known = [each.exposure_misfit for each in channels]
-    return float(np.median([each for each in known if each is not None] or [0.0]))
 
 
 def _is_untested(response: Response) -> bool:

@@ -394,9 +394,7 @@ def _read(
     if not plan.noise:
         unread = [_unread(items[place], place) for group in plan.groups for place in group[1:]]
         sources = (*exposures.sources, *unread)
-        return _Read(
-            plan.reason, flags, sources, exposures.bit_depth, n_levels, bracket=exposures
-        )
+        return _Read(plan.reason, flags, sources, exposures.bit_depth, n_levels, bracket=exposures)
     common = {**common, "n_levels": min(n_levels, MOST_LEVELS)}
     repeated = [group for group in plan.groups if len(group) > 1]
     parts = [

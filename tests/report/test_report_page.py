@@ -18,6 +18,7 @@ from chartless.flags import Flag, Pattern
 from chartless.frame import Frame
 from chartless.luts import export_response, import_response
 from chartless.report import render
+from chartless.response import ExposureEstimate, SeenTransfer
 
 Element = Any
 Parse = Callable[[str], Element]
@@ -161,6 +162,27 @@ def test_figures_of_a_bracket(bracket_page: str, parsed: Parse) -> None:
     assert "is 0.0% from their ratio" in figures["ratio"]
     assert "scatter by 3.0%" in figures["ratio"]
     assert "colours as in “Exposure to exposure”" in figures["ratio"]
+
+
+def test_verdict_and_figure_say_one_number_of_a_bracket(
+    of_bracket: Calibration, parsed: Parse
+) -> None:
+    """Whichever channel the middle one is by its misfit."""
+    (grey,) = of_bracket.channels
+    channels = []
+    for name, misfit in zip("RGB", (0.058, 0.018, 0.091), strict=True):
+        seen = SeenTransfer(4 * np.exp(misfit), (100.0, 200.0), (50.0, 100.0))
+        exposures = ExposureEstimate((1.0, 4.0), 0.0, 0.03, (seen,))
+        channels.append(replace(grey, name=name, exposures=exposures))
+
+    tree = parsed(render(Calibration(channels=tuple(channels), bit_depth=8)))
+
+    figures = {each.get("id"): text_of(each) for each in elements(tree, "figure")}
+    (judged,) = (each for each in elements(tree, "section") if "care" in each.get("class", ""))
+    assert "is 5.8% from their ratio in the median (channel R)" in text_of(judged)
+    assert "is R 5.8%, G 1.8%, B 9.1% from their ratio" in figures["ratio"].replace("\xa0", " ")
+    assert "Channel R, the middle one, by which the bracket is judged" in figures["ratio"]
+    assert "Channel R;" in figures["transfer"]
 
 
 def test_tables_have_headers_with_a_scope(tree: Element) -> None:

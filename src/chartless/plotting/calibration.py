@@ -18,6 +18,7 @@ from chartless.objectives import expected_counts, half_levels
 from chartless.plotting._style import CHANNEL_COLOURS, SERIES_COLOURS, VERMILION
 from chartless.response import Response, SeenTransfer, rmse
 from chartless.types import Counts, Floats, Indices
+from chartless.verdict import typical_of_exposures
 
 _MOST = 4.0  # deviations at the ends of the colour scale
 _NEVER = 0.05  # pairs expected where there are none: nothing to see
@@ -69,10 +70,10 @@ def _bracket_overview(calibration: Calibration, truth: AbstractCurve | None) -> 
     figure = Figure(figsize=(11, 9.5), layout="constrained")
     axes = figure.subplot_mosaic([["response", "transfer"], ["error", "last"]])
     channels = calibration.channels
-    middle = channels[len(channels) // 2]
+    typical = typical_of_exposures(channels) or channels[len(channels) // 2]
     draw_response(axes["response"], channels, truth=truth)
-    draw_transfers(axes["transfer"], middle)
-    draw_transfer_errors(axes["error"], middle)
+    draw_transfers(axes["transfer"], typical)
+    draw_transfer_errors(axes["error"], typical)
     draw_deviations(axes["last"], channels, truth=truth)
     _name(figure, calibration)
     return figure

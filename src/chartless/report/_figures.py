@@ -10,6 +10,7 @@ from chartless import plotting
 from chartless.report import _words
 from chartless.report._svg import inline_svg
 from chartless.response import Response
+from chartless.verdict import typical_of_exposures
 
 HALF, _THIRD = (360, 250), (285, 215)  # of the page
 
@@ -68,11 +69,18 @@ def _plans(channels: Sequence[Response]) -> list[_Plan]:
             _plan("pairs", "Level pairs", plotting.draw_cooccurrence, one, _words.of_pairs),
             _plan("rest", "Seen less expected", plotting.draw_residuals, one, _words.of_residuals),
         ]
-    if _words.has_transfers(one):
+    typical = typical_of_exposures(channels)
+    if typical is not None:
         draw_one, draw_ratios = plotting.draw_transfers, plotting.draw_transfer_errors
         shown += [
-            _plan("transfer", "Exposure to exposure", draw_one, one, _words.of_transfers),
-            _plan("ratio", "Light of two exposures", draw_ratios, one, _words.of_transfer_errors),
+            _plan("transfer", "Exposure to exposure", draw_one, typical, _words.of_transfers),
+            _plan(
+                "ratio",
+                "Light of two exposures",
+                draw_ratios,
+                typical,
+                lambda one: _words.of_transfer_errors(channels, one),
+            ),
         ]
     if all(each.history is not None for each in channels):
         shown += [_plan("search", "Search", plotting.draw_search, channels, _words.of_search)]

@@ -129,20 +129,22 @@ def of_transfers(response: Response) -> str:
     )
 
 
-def of_transfer_errors(response: Response) -> str:
+def of_transfer_errors(channels: Sequence[Response], shown: Response) -> str:
     """How far the light of two exposures is from their ratio, and what is left as scatter."""
-    assert response.exposures is not None
-    scatter = response.exposures.scatter
+    assert shown.exposures is not None
+
+    def misfit(response: Response) -> str:
+        apart = response.exposure_misfit
+        return "unknown" if apart is None else f"{apart:.1%}"
+
+    which = f"Channel {shown.name}"
+    if len(channels) > 1:
+        which += ", the middle one, by which the bracket is judged"
     return (
-        f"In the median the light of two exposures is {response.exposure_misfit:.1%} from their "
-        f"ratio; single pixels scatter by {scatter:.1%} beyond noise. Channel {response.name}; "
-        "colours as in “Exposure to exposure”."
+        f"In the median the light of two exposures is {_each(channels, misfit)} from their ratio; "
+        f"single pixels scatter by {shown.exposures.scatter:.1%} beyond noise. {which}; colours as "
+        "in “Exposure to exposure”."
     )
-
-
-def has_transfers(response: Response) -> bool:
-    """Whether levels of two exposures were compared and kept."""
-    return bool(_seen(response))
 
 
 def _seen(response: Response) -> list[SeenTransfer]:
