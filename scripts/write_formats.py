@@ -25,6 +25,12 @@ import is known by its content, or named by `--from`; that of a file to write is
 by the extension if only one format has it. In Python: `chartless.luts.export_response` and
 `import_response`.
 
+`export`, `linearize` and `merge` say in one line how far to trust a curve that is not good. Formats
+with room for a text carry that verdict in the file: `cube` and `resolve` as a comment, `clf` and
+`icc` as a description, `csp` in its metadata, `npz` as an array. The others have no comments, or
+not all of their readers skip them (spreadsheets, pandas and R do not in `csv`). What the file says
+is a remark when chartless reads it again.
+
 All formats are tables of the inverse response, from brightness to light, unless their paragraph
 says otherwise. The largest error is that of irradiance, white being 1, at any level of a
 calibration of 8 bits that was written and read again. What is named under *tested with* reads our
@@ -47,7 +53,7 @@ def page() -> str:
 def row(each: AbstractFormat) -> list[str]:
     """Cells of the table."""
     keeps = each.keeps
-    held = {"error band": keeps.band, "levels seen": keeps.range}
+    held = {"error band": keeps.band, "levels seen": keeps.range, "verdict": keeps.verdict}
     if keeps.curves:
         held[f"all but the {keeps.curves}"] = ""
     return [

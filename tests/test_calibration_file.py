@@ -293,7 +293,7 @@ def test_the_file_is_plain_json_with_every_documented_key(path: Path) -> None:
 
     assert {key: type(content[key]) for key in content} == {
         "format": str, "version": int, "bit_depth": int, "levels": int, "method": str,
-        "model": str, "channels": list, "provenance": dict,
+        "model": str, "verdict": dict, "channels": list, "provenance": dict,
     }  # fmt: skip
     (channel,) = content["channels"]
     assert {key: type(channel[key]) for key in channel}.items() >= {

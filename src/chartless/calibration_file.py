@@ -34,6 +34,7 @@ from chartless.response import (
     Status,
 )
 from chartless.types import Floats, JsonObject
+from chartless.verdict import verdict
 
 FORMAT, VERSION = "chartless-calibration", 1
 MOST_LEVELS = 1 << 16
@@ -55,6 +56,7 @@ def to_json(calibration: Calibration) -> JsonObject:
         "levels": first.n_levels,
         "method": first.method,
         "model": first.curve.model if isinstance(first.curve, ModelCurve) else None,
+        "verdict": verdict(calibration.channels).to_json(),
         "channels": [_response_to_json(response) for response in calibration.channels],
         "provenance": calibration.provenance,
     }

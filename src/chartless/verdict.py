@@ -12,7 +12,7 @@ import numpy as np
 
 from chartless.flags import Flag
 from chartless.response import Response
-from chartless.types import Floats
+from chartless.types import Floats, JsonObject
 
 GOOD_BAND = 0.02
 """Deviation of the inverse response up to which a curve is good: nine of ten pairs of frames
@@ -30,6 +30,9 @@ GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.NOT_MONOTONE})
 """Flags with which the band does not hold: MISFIT above `WORST_DEVIANCE` or where that is unknown,
 and the others always."""
 
+_NO_ERROR = "No error is known for this curve."
+_MOST_CHIEF = 2
+
 
 class Grade(Enum):
     """How far to trust a calibration; the value is what people are shown."""
@@ -46,9 +49,20 @@ class Verdict:
     grade: Grade
     reasons: tuple[str, ...]
     """Sentences."""
+    chief: tuple[str, ...]
+    """Those of them that decided the grade."""
 
     def __str__(self) -> str:
         return f"{self.grade.value}: {' '.join(self.reasons)}"
+
+    @property
+    def brief(self) -> str:
+        """Grade and chief reasons, in one line."""
+        return f"{self.grade.value}: {' '.join(self.chief[:_MOST_CHIEF])}"
+
+    def to_json(self) -> JsonObject:
+        """Grade and reasons as JSON types."""
+        return {"grade": self.grade.value, "reasons": list(self.reasons)}
 
 
 def deviation(std: Floats) -> float:
@@ -68,7 +82,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
     with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, that leaves
     more than `WORST_EXPOSURE_MISFIT` between exposures, in the channel that
-    `typical_of_exposures` chooses, or of which no error or no goodness of fit is known. Others are good.
+    `typical_of_exposures` chooses, or of which no error or no goodness of fit is known. Others are
+    good.
 
     Parameters
     ----------
@@ -103,7 +118,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     elif known is not None:
         fine.append(f"{how_sure}.")
     if any(response.inverse_lut_std is None for response in channels):
-        doubtful.append("No error is known for this curve.")
+        doubtful.append(_NO_ERROR)
     if any(_is_untested(response) for response in channels):
         doubtful.append("Whether curve and noise explain the pictures was not tested.")
     typical = typical_of_exposures(channels)
@@ -111,13 +126,29 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     if typical is not None and apart is not None and apart > WORST_EXPOSURE_MISFIT:
         doubtful.append(
             f"The light of two exposures is {apart:.1%} from their ratio in the median (channel "
-            f"{typical.name}), of good brackets {WORST_EXPOSURE_MISFIT:.0%} or less: the camera may have set white balance "
-            "or tone anew."
+            f"{typical.name}), of good brackets {WORST_EXPOSURE_MISFIT:.0%} or less: the camera "
+            "may have set white balance or tone anew."
         )
     if other:
         doubtful.append(f"Doubtful: {_listed(other)}.")
     grade = Grade.DISTRUST if bad else Grade.CARE if doubtful else Grade.GOOD
-    return Verdict(grade, (*bad, *fine, *doubtful))
+    return Verdict(grade, (*bad, *fine, *doubtful), tuple(bad or doubtful or fine))
+
+
+def known_verdict(channels: Sequence[Response]) -> Verdict | None:
+    """Verdict for those who use a calibration; None where there is nothing to say.
+
+    The files of other programs hold no error, so "usable with care" is true of every curve in them
+    and would only teach people not to read the line. A fault of such a curve, for example that it
+    falls somewhere, is said all the same.
+    """
+    judged = verdict(channels)
+    return None if is_foreign(channels) and judged.chief == (_NO_ERROR,) else judged
+
+
+def is_foreign(channels: Sequence[Response]) -> bool:
+    """Whether another program found the curves: of no picture chartless saw a pixel."""
+    return not any(response.n_pairs for response in channels)
 
 
 def typical_of_exposures(channels: Sequence[Response]) -> Response | None:

@@ -90,8 +90,11 @@ def test_a_clf_says_what_it_is(tmp_path: Path) -> None:
     space = "{urn:AMPAS:CLF:v3.0}"
 
     assert [child.tag for child in root] == [
-        f"{space}{name}" for name in ("Description", "InputDescriptor", "OutputDescriptor", "LUT1D")
-    ]
+        f"{space}{name}"
+        for name in (
+            "Description", "Description", "InputDescriptor", "OutputDescriptor", "LUT1D",
+        )
+    ]  # fmt: skip
     assert root.get("compCLFversion") == "3.0"
     assert root.get("id") == ET.fromstring(text_of("clf")).get("id")
     grey = encode_response(make_camera(CURVES[0]), "clf").content

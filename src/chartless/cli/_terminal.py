@@ -68,6 +68,24 @@ def remark(text: str) -> None:
     print_line(f"chartless: note: {text}", sys.stderr)
 
 
+def remark_verdict(path: Path, calibration: "Calibration") -> None:
+    """Print in one line how far to trust a calibration that is not good."""
+    from chartless.verdict import Grade, known_verdict
+
+    judged = known_verdict(calibration.channels)
+    if judged is not None and judged.grade is not Grade.GOOD:
+        remark(f"{path}: {judged.brief}")
+
+
+def remark_foreign(calibration: "Calibration") -> None:
+    """Print what was remarked on reading the curve of another program."""
+    from chartless.verdict import is_foreign
+
+    if is_foreign(calibration.channels):
+        for text in calibration.provenance.get("remarks", ()):
+            remark(text)
+
+
 def print_line(text: str, stream: TextIO) -> None:
     """Print a sentence: one line for programs, on a terminal not broken within words."""
     if stream.isatty():

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from chartless.cli._options import AsJson
-from chartless.cli._terminal import print_json, print_summary, print_table, remark
+from chartless.cli._terminal import (
+    print_json,
+    print_summary,
+    print_table,
+    remark,
+    remark_foreign,
+    remark_verdict,
+)
 from chartless.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -82,8 +89,19 @@ def export(
     lost, files = export_response(camera, target, name, settings)
     if lost:
         remark(f"lost or changed in {target}: {lost}")
+    remark_foreign(camera)
+    remark_verdict(calibration, camera)
     if as_json:
-        print_json({"format": name, "files": [str(each) for each in files], "lost": lost})
+        from chartless.verdict import verdict
+
+        print_json(
+            {
+                "format": name,
+                "files": [str(each) for each in files],
+                "lost": lost,
+                "verdict": verdict(camera.channels).to_json(),
+            }
+        )
         return
     for each in files:
         print(each)
@@ -159,6 +177,7 @@ def _print_formats(*, as_json: bool) -> None:
                 "scale": each.keeps.scale,
                 "range": each.keeps.range or None,
                 "band": each.keeps.band or None,
+                "verdict": each.keeps.verdict or None,
             }
             for each in FORMATS.values()
         ]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from chartless.cli._terminal import naming, progress_bar, remark
+from chartless.cli._terminal import naming, progress_bar, remark, remark_foreign, remark_verdict
 from chartless.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -81,6 +81,8 @@ def linearize(
             if progress is not None:
                 progress(f"{image.name} {number}", places[image] / len(images))
             remarks |= dict.fromkeys(f"{image}: {each}" for each in told)
+    remark_foreign(loaded)
+    remark_verdict(calibration, loaded)
     for each in remarks:
         remark(each)
     for image, target in zip(images, targets, strict=True):

@@ -8,7 +8,7 @@ import typer
 from typing_extensions import override
 
 from chartless.cli._options import AsJson, parse_times
-from chartless.cli._terminal import print_json, progress_bar, remark
+from chartless.cli._terminal import print_json, progress_bar, remark, remark_verdict
 from chartless.errors import ParameterError, UnfitFramesError
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ def merge(
     from chartless.luts import load_calibration
     from chartless.merge import merge_frames
     from chartless.sequence import expanded
+    from chartless.verdict import verdict
 
     frames = expanded(frames)
     stored_type(output, "float")
@@ -117,6 +118,7 @@ def merge(
     )
     for text in (*camera.provenance.get("remarks", ()), *files.remarks, *merged.remarks):
         remark(text)
+    remark_verdict(calibration, camera)
     height, width, _ = merged.values.shape
     stops = merged.dynamic_range_stops
     if as_json:
@@ -129,6 +131,7 @@ def merge(
                 "saturated": float(merged.saturated.mean()),
                 "black": float(merged.black.mean()),
                 "dynamic_range_stops": stops,
+                "verdict": verdict(camera.channels).to_json(),
             }
         )
         return

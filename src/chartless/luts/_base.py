@@ -30,6 +30,8 @@ class Keeps:
     """Of the levels seen."""
     band: str = ""
     """Of the error."""
+    verdict: str = ""
+    """Of how far to trust it."""
     curves: str = ""
     """What becomes of a curve that the format has no way to hold; empty if it holds any."""
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from chartless.luts._base import Source
+from chartless.luts._base import Keeps, Source
 from chartless.luts._look_up_table import AbstractLookUpTable, Sampled
 from chartless.luts._tables import in_colour
 from chartless.luts._text import (
@@ -29,14 +29,16 @@ class AbstractCube(AbstractLookUpTable):
 
     suffix: ClassVar[str] = ".cube"
     tested_with: ClassVar[str] = "OpenColorIO, FFmpeg"
+    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white", verdict="a comment")
 
     @abstractmethod
     def head(self, n_entries: int) -> str:
         """Lines before the table."""
 
     @override
-    def text_of(self, table: Floats) -> str:
-        return f"{self.head(len(table))}{rows_of(in_colour(table))}\n"
+    def text_of(self, table: Floats, note: str) -> str:
+        comment = f"# {note}\n" if note else ""
+        return f"{comment}{self.head(len(table))}{rows_of(in_colour(table))}\n"
 
     @override
     def sampled(self, source: Source) -> Sampled:

@@ -18,7 +18,9 @@ from chartless.luts._base import (
     ExportSettings,
     Source,
 )
+from chartless.luts._tables import recorded_verdict
 from chartless.types import Floats32
+from chartless.verdict import Grade
 
 _DAMAGE = (
     ValueError, TypeError, LookupError, ArithmeticError, RecursionError, StructError, ParseError,
@@ -170,7 +172,7 @@ def recognised(source: Source) -> AbstractFormat | None:
 
 def _decoded(found: AbstractFormat, source: Source) -> Calibration:
     try:
-        return found.decode(source)
+        calibration = found.decode(source)
     except ChartlessError:
         raise
     except _DAMAGE as error:
@@ -178,6 +180,12 @@ def _decoded(found: AbstractFormat, source: Source) -> Calibration:
         what = " ".join(what.split())[:160]
         msg = f"{source.path}: not a sound {found.title} file: {what}"
         raise CalibrationFileError(msg) from error
+    recorded = recorded_verdict(source)
+    if not recorded or recorded.startswith(f"{Grade.GOOD.value}:"):
+        return calibration
+    known = calibration.provenance
+    told = f"{source.path}: chartless wrote it with the verdict {recorded}"
+    return replace(calibration, provenance={**known, "remarks": [*known["remarks"], told]})
 
 
 def _is_own(source: Source) -> bool:

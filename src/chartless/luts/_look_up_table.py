@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from chartless.calibration import Calibration
 from chartless.luts._base import AbstractFormat, Encoded, ExportSettings, Keeps, Source
-from chartless.luts._tables import calibration_of, inverse_table
+from chartless.luts._tables import calibration_of, inverse_table, noted_verdict
 from chartless.types import Floats
 
 _WIDEST = 1e6
@@ -36,8 +36,11 @@ class AbstractLookUpTable(AbstractFormat):
     keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white")
 
     @abstractmethod
-    def text_of(self, table: Floats) -> str:
-        """Text of a file with this table, shape (L, 1 or 3), on the domain 0 … 1."""
+    def text_of(self, table: Floats, note: str) -> str:
+        """Text of a file with this table, shape (L, 1 or 3), on the domain 0 … 1.
+
+        The note is a line for its reader, empty if there is none.
+        """
 
     @abstractmethod
     def sampled(self, source: Source) -> Sampled:
@@ -45,7 +48,8 @@ class AbstractLookUpTable(AbstractFormat):
 
     @override
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:
-        return Encoded(self.text_of(inverse_table(calibration, settings.n_levels)).encode())
+        table = inverse_table(calibration, settings.n_levels)
+        return Encoded(self.text_of(table, noted_verdict(calibration)).encode())
 
     @override
     def decode(self, source: Source) -> Calibration:

@@ -3,6 +3,7 @@
 Nearly every format is such a table: a row for each level, a column for each channel.
 """
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,16 +19,38 @@ from chartless.flags import Flag
 from chartless.luts._base import Source
 from chartless.response import Response, Status
 from chartless.types import Floats, Floats32, JsonObject
+from chartless.verdict import known_verdict
 
 RGB, GREY = ("R", "G", "B"), ("Y",)
 MOST_LEVELS = 1 << 16
+UNMEASURED_VIGNETTING = "vignetting, which was not measured"
+"""What is lost in a format that wants it."""
 
+_VERDICT = "Verdict of chartless: "
+_RECORDED = re.compile(f"{_VERDICT}([ -;=-~]{{1,400}})")  # printable, up to a tag
 _LEVELS_OF_CURVE = 256
 _LARGEST = 1e38
 """As float32 has it; beyond are gaps, and irradiance below its inverse is none."""
 _RISE = 1e-9
 _LIFTED = 1e-3
 _SMALLEST = 1e-37  # float32 has fewer digits from 1.2e-38 on
+
+
+def noted_verdict(calibration: Calibration) -> str:
+    """How far to trust a calibration, in a line of ASCII for the file; empty if nothing is known.
+
+    `recorded_verdict` finds it again.
+    """
+    judged = known_verdict(calibration.channels)
+    if judged is None:
+        return ""
+    return f"{_VERDICT}{judged.brief}".replace("± ", "+-").encode("ascii", "replace").decode()
+
+
+def recorded_verdict(source: Source) -> str:
+    """What `noted_verdict` wrote into a file, without its mark; empty if it did not."""
+    found = _RECORDED.search(source.head)
+    return "" if found is None else found[1].strip()
 
 
 def inverse_table(calibration: Calibration, n_levels: int | None = None) -> Floats:

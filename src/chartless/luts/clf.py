@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 from uuid import NAMESPACE_URL, uuid5
 from xml.etree import ElementTree as ET
+from xml.sax.saxutils import escape
 
 import numpy as np
 from typing_extensions import override
 
 from chartless._version import __version__
-from chartless.luts._base import Source, register_format
+from chartless.luts._base import Keeps, Source, register_format
 from chartless.luts._look_up_table import AbstractLookUpTable, Sampled
 from chartless.luts._tables import MOST_LEVELS
 from chartless.luts._text import rows_of
@@ -41,16 +42,18 @@ class Clf(AbstractLookUpTable):
     suffix: ClassVar[str] = ".clf"
     programs: ClassVar[str] = "ACES: OpenColorIO, DaVinci Resolve, Flame"
     tested_with: ClassVar[str] = "OpenColorIO"
+    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white", verdict="a description")
 
     @override
-    def text_of(self, table: Floats) -> str:
+    def text_of(self, table: Floats, note: str) -> str:
+        described = f"\n<Description>{escape(note)}</Description>" if note else ""
         n_entries, n_channels = table.shape
         rows = rows_of(table)
         return f"""\
 <?xml version="1.0" encoding="UTF-8"?>
 <ProcessList xmlns="{_SPACE}" id="urn:uuid:{uuid5(NAMESPACE_URL, rows)}" \
 name="Camera response" compCLFversion="3.0">
-<Description>Inverse camera response, found by chartless {__version__}</Description>
+<Description>Inverse camera response, found by chartless {__version__}</Description>{described}
 <InputDescriptor>Camera RGB, brightness as recorded, white 1</InputDescriptor>
 <OutputDescriptor>Camera RGB, linear light, white 1</OutputDescriptor>
 <LUT1D id="response" name="brightness to light" inBitDepth="32f" outBitDepth="32f" \

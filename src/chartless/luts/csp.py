@@ -9,7 +9,7 @@ from typing import ClassVar, final
 
 from typing_extensions import override
 
-from chartless.luts._base import Source, register_format
+from chartless.luts._base import Keeps, Source, register_format
 from chartless.luts._look_up_table import AbstractLookUpTable, Sampled
 from chartless.luts._tables import in_colour
 from chartless.luts._text import floats, lines_of, rows_of, table_of, without_comments
@@ -34,10 +34,12 @@ class Csp(AbstractLookUpTable):
     suffix: ClassVar[str] = ".csp"
     programs: ClassVar[str] = "RV, OpenColorIO, FFmpeg (lut1d)"
     tested_with: ClassVar[str] = "OpenColorIO, FFmpeg"
+    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white", verdict="metadata")
 
     @override
-    def text_of(self, table: Floats) -> str:
-        notes = "BEGIN METADATA\nCamera response: brightness to light\nEND METADATA\n"
+    def text_of(self, table: Floats, note: str) -> str:
+        told = "\n".join(filter(None, ["Camera response: brightness to light", note]))
+        notes = f"BEGIN METADATA\n{told}\nEND METADATA\n"
         head = f"{_MARK}\n1D\n\n{notes}\n{_UNIT * _N_CHANNELS}\n{len(table)}\n"
         return f"{head}{rows_of(in_colour(table))}\n"
 

@@ -23,6 +23,7 @@ from chartless.luts._base import (
 )
 from chartless.luts._tables import (
     MOST_LEVELS,
+    UNMEASURED_VIGNETTING,
     calibration_of,
     inverse_table,
     luma,
@@ -38,7 +39,11 @@ _LONGEST_LINE = 32 * MOST_LEVELS
 @final
 @dataclass(frozen=True, slots=True)
 class Dso(AbstractFormat):
-    """The photometric calibration of DSO and of mono_dataset_code."""
+    """The photometric calibration of DSO and of mono_dataset_code.
+
+    Vignetting is not measured: the ``vignette.png`` beside the file says that there is none, unless
+    there is one already. With a lens that darkens the corners put a measured one in its place.
+    """
 
     name: ClassVar[str] = "dso"
     title: ClassVar[str] = "DSO response"
@@ -63,6 +68,7 @@ class Dso(AbstractFormat):
         values = _WHITE * (rising[:, 0] / np.float64(rising[-1, 0]))
         return Encoded(
             "".join([*(f"{each:.8e} " for each in values), "\n"]).encode(),
+            lost=(UNMEASURED_VIGNETTING,),
             pictures={_VIGNETTE: np.ones((height, width, 1), dtype=np.float32)},
         )
 

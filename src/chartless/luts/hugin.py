@@ -34,7 +34,7 @@ from chartless.luts._base import (
     Source,
     register_format,
 )
-from chartless.luts._tables import calibration_of_curve
+from chartless.luts._tables import UNMEASURED_VIGNETTING, calibration_of_curve
 from chartless.models import UNIFORM_IRRADIANCE, Basis, EmorMonotone
 from chartless.types import Floats
 
@@ -97,11 +97,13 @@ class Hugin(AbstractFormat):
             width, height = settings.size or _SIZE
             response = " ".join(name + value for name, value in values.items())
             text = _PROJECT.format(width=width, height=height, response=response)
+            vignetting = [UNMEASURED_VIGNETTING]
         else:
             text = _copied(Source.read(settings.project), values)
+            vignetting = []  # that of the project stays
         sized = settings.project or settings.size
         lost = [] if sized else ["the size of the pictures, give --size or --project"]
-        lost += [*_differing(curves), _residual(mean, _nodes(coefficients))]
+        lost += [*vignetting, *_differing(curves), _residual(mean, _nodes(coefficients))]
         return Encoded(text.encode("latin-1"), tuple(lost))
 
     @override

@@ -30,8 +30,10 @@ from chartless.luts._tables import (
     calibration_of,
     in_colour,
     inverse_table,
+    noted_verdict,
 )
 from chartless.types import Floats
+from chartless.verdict import known_verdict
 
 MOST_ENTRIES = 4096
 """Of curves written."""
@@ -75,7 +77,7 @@ class Icc(AbstractFormat):
     programs: ClassVar[str] = "darktable and what else has LittleCMS"
     tested_with: ClassVar[str] = "LittleCMS (Pillow), OpenColorIO"
     precision: ClassVar[float] = 7.7e-6
-    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white")
+    keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white", verdict="a description")
 
     @override
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:
@@ -87,8 +89,12 @@ class Icc(AbstractFormat):
             raise ParameterError(msg)
         entries = np.rint(_FULL * inverse_table(calibration, n_entries))
         curves = [_curve(column) for column in in_colour(entries).T]
+        judged = known_verdict(calibration.channels)
+        grade = "" if judged is None else f"; verdict: {judged.grade.value}"
+        note = noted_verdict(calibration)
         tags = {
-            b"desc": _description(DESCRIPTION),
+            b"desc": _description(DESCRIPTION + grade),
+            **({b"dmdd": _description(note)} if note else {}),
             b"cprt": b"text\0\0\0\0No copyright\0",
             b"wtpt": _xyz(_WHITE),
             **{name: _xyz(colour) for name, colour in _PRIMARIES.items()},

@@ -9,6 +9,7 @@
 ``noise``          (C, 2)    u and v of the variance uI + v, NaN where the method told none
 ``irradiance``     (1024,)   grid of the response, 0 … 1
 ``response_lut``   (1024, C)  brightness on it, 0 … 1
+``verdict``        ()        how far to trust them, a text; empty if nothing is known
 =================  ========  =====================================================================
 """
 
@@ -34,7 +35,14 @@ from chartless.luts._base import (
     Source,
     register_format,
 )
-from chartless.luts._tables import GREY, MOST_LEVELS, RGB, calibration_of, inverse_table
+from chartless.luts._tables import (
+    GREY,
+    MOST_LEVELS,
+    RGB,
+    calibration_of,
+    inverse_table,
+    noted_verdict,
+)
 from chartless.models import UNIFORM_IRRADIANCE
 from chartless.noise import AffineNoise
 from chartless.response import Response
@@ -64,7 +72,7 @@ class Npz(AbstractFormat):
     tested_with: ClassVar[str] = "NumPy"
     precision: ClassVar[float] = 1e-9
     keeps: ClassVar[Keeps] = Keeps(
-        channels="each", scale="1 at white", range="an array", band="an array"
+        channels="each", scale="1 at white", range="an array", band="an array", verdict="a text"
     )
 
     @override
@@ -85,6 +93,7 @@ class Npz(AbstractFormat):
             noise=np.array([(np.nan,) * 2 if n is None else (n.slope, n.floor) for n in noises]),
             irradiance=UNIFORM_IRRADIANCE,
             response_lut=np.column_stack([each.response_lut for each in shown]),
+            verdict=np.array(noted_verdict(calibration)),
         )
         return Encoded(file.getvalue())
 

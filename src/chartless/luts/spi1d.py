@@ -35,7 +35,7 @@ class Spi1d(AbstractLookUpTable):
     tested_with: ClassVar[str] = "OpenColorIO"
 
     @override
-    def text_of(self, table: Floats) -> str:
+    def text_of(self, table: Floats, note: str) -> str:
         n_entries, n_channels = table.shape
         head = f"Version 1\nFrom 0.0 1.0\nLength {n_entries}\nComponents {n_channels}\n"
         return f"{head}{{\n{rows_of(table)}\n}}\n"
