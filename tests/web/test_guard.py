@@ -99,7 +99,7 @@ def test_every_answer_tells_the_browser_what_it_may_do(client: Client, path: str
 def test_so_does_the_answer_to_what_went_wrong(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail() -> str:
+    def fail(**_: object) -> str:
         msg = "<b>oh"
         raise KeyError(msg)
 

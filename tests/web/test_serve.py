@@ -144,6 +144,28 @@ def test_another_address_takes_a_token(start: Start) -> None:
     assert client.ask("GET", "/").status == 200
 
 
+def test_with_others_on_the_network_it_says_what_is_true(start: Start) -> None:
+    """On the terminal and on the page; without them, that files stay here."""
+    own, shared = start(), start("--host", "0.0.0.0")
+    found = re.search(r":(\d+)/\?token=([\w-]+)", shared.line)
+    assert found is not None
+    client = Client(int(found[1]))
+    client.ask("GET", f"/?token={found[2]}")
+
+    pages = [" ".join(each.ask("GET", "/").body.decode().split()) for each in (own.client, client)]
+    _, told_own, _ = own.end(signal.SIGINT)
+    _, told, _ = shared.end(signal.SIGINT)
+
+    assert "Files stay on this computer." in pages[0]
+    assert "on the network" not in pages[0] + told_own
+    assert "Files stay on this computer" not in pages[1]
+    assert "Others on the network who have its address with the token can send files" in pages[1]
+    assert told.splitlines()[:2] == [
+        "others on the network who have this address can send files here, unencrypted",
+        "files are kept on this computer until it stops",
+    ]
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_what_is_sent_takes_no_memory_of_the_server(start: Start) -> None:
     """A picture in 1 kB that is decoded to tell its size, bytes of nothing, a table of 8 MB."""

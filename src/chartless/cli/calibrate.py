@@ -163,16 +163,18 @@ def calibrate(
 ) -> int:
     """Estimate the camera's response from FRAMES of one still scene.
 
-    Two shots of one exposure from a tripod are enough: their noise tells the curve. An exposure
-    bracket tells more; with an exposure repeated, both do. Frames of one exposure are compared
-    with the next, so give them in the order they were taken. JPEGs whose raw files are given tell
-    most: one shot of any scene with dark and bright parts is enough.
+    Of JPEGs of a camera give an exposure bracket from a tripod, or with --raw their raw files: then
+    one shot of any scene with dark and bright parts is enough. Of raw-like, lossless files
+    (industrial cameras, uncompressed video, raw conversions without noise reduction) two shots of
+    one exposure are enough, as their noise gives the curve. With an exposure of a bracket repeated,
+    both are used. Frames of one exposure are compared with the next, so give them in the order they
+    were taken.
 
     \b
     Example:
-        chartless calibrate a.jpg b.jpg -o camera.json --report camera.html
+        chartless calibrate bracket/*.jpg -o camera.json --report camera.html
+        chartless calibrate a.png b.png -o camera.json
         chartless calibrate a.png b.png --dark cap1.png --dark cap2.png
-        chartless calibrate bracket/*.jpg -o camera.json
         chartless calibrate dark.png middle.png bright.png --times 1,4,16
         chartless calibrate IMG_1.JPG IMG_2.JPG --raw IMG_1.CR2 --raw IMG_2.CR2
         chartless calibrate burst/*.png --channels luma --jobs 4 --json

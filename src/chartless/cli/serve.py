@@ -19,8 +19,9 @@ def serve(
 ) -> None:
     """Open a page on which frames become curves.
 
-    Nothing leaves this computer, and each browser sees its own files alone. Stop it with Ctrl-C;
-    then they are removed.
+    Files are kept on this computer, and each browser sees its own alone. Stop it with Ctrl-C; then
+    they are removed. With another --host than this computer's own, others on the network who have
+    the address with its token can send files here, over a connection that is not encrypted.
 
     \b
     Example:
@@ -38,4 +39,10 @@ def serve(
 
 
 def _announce(address: str) -> None:
-    print(f"page at {address}\npress Ctrl-C to stop", flush=True)
+    print(f"page at {address}")
+    if "?token=" in address:  # which it has wherever others reach it
+        print(
+            "others on the network who have this address can send files here, unencrypted\n"
+            "files are kept on this computer until it stops"
+        )
+    print("press Ctrl-C to stop", flush=True)

@@ -71,12 +71,16 @@ def make_app(
 
         return Route(path, endpoint, methods=list(methods))
 
+    async def index(_: Request) -> Response:
+        page = _page.document(is_shared=token is not None)
+        return Response(page, media_type="text/html")
+
     async def session(request: Request) -> Response:
         return desk.begin(request)
 
     app = Starlette(
         routes=[
-            Route("/", _index, methods=["GET"]),
+            Route("/", index, methods=["GET"]),
             Route("/page.js", _script, methods=["GET"]),
             Route("/live.js", _script, methods=["GET"]),
             Route("/page.css", _style, methods=["GET"]),
@@ -164,10 +168,6 @@ class _Desk:
         for workspace in list(self._workspaces.values()):
             await workspace.close()
         await self.workers.stop()
-
-
-async def _index(_: Request) -> Response:
-    return Response(_page.document(), media_type="text/html")
 
 
 async def _script(request: Request) -> Response:

@@ -15,8 +15,14 @@ def style() -> str:
     return f"{stylesheet()}\n{part('page.css')}"
 
 
-def document() -> str:
-    """The page, with the methods, families and formats that there are."""
+def document(*, is_shared: bool = False) -> str:
+    """The page, with the methods, families and formats that there are.
+
+    Parameters
+    ----------
+    is_shared : bool
+        Whether other computers reach it.
+    """
     from chartless.calibrators import CALIBRATORS
     from chartless.luts import FORMATS
     from chartless.models import MODELS
@@ -32,6 +38,7 @@ def document() -> str:
             default_method=DEFAULT_METHOD,
             models=list(MODELS),
             kinds=KINDS,
+            is_shared=is_shared,
             formats=[each for each in FORMATS.values() if each.is_written],
         )
     )
