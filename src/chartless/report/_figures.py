@@ -12,7 +12,7 @@ from chartless.report._svg import inline_svg
 from chartless.response import Response
 from chartless.verdict import typical_of_exposures
 
-HALF, _THIRD = (360, 250), (285, 215)  # of the page
+HALF, THIRD = (360, 250), (285, 215)  # of the page
 
 T = TypeVar("T")
 
@@ -44,7 +44,7 @@ def drawings(channels: Sequence[Response]) -> list[Drawing]:
     n_halves = _halves(len(plans))
     found = []
     for place, plan in enumerate(plans):
-        width, size = ("half", HALF) if place < n_halves else ("third", _THIRD)
+        width, size = ("half", HALF) if place < n_halves else ("third", THIRD)
         svg = inline_svg(plan.draw, size, salt=plan.name, aria_labelledby=f"{plan.name}-text")
         found.append(Drawing(plan.name, plan.title, svg, plan.text, width))
     return found
