@@ -99,9 +99,7 @@ class Case:
         generator = np.random.default_rng([self.seed, seed])
         light = np.maximum(self.scene * exposure, 0.0)
         light = light + generator.standard_normal(light.shape) * noise.std(light)
-        shown = [
-            curve.response(light[..., c].clip(0, 1)) for c, curve in enumerate(self.curves)
-        ]
+        shown = [curve.response(light[..., c].clip(0, 1)) for c, curve in enumerate(self.curves)]
         frame: Levels = np.rint(255 * np.stack(shown, axis=-1)).astype(np.uint8)
         return frame
 
@@ -117,7 +115,9 @@ def cases(data: Path, n: int) -> Iterator[Case]:
     scene_order = [int(k) for k in generator.permutation(len(scenes) // 2)]
     for place in range(n):
         # Maps and photographs in turn of each kind of camera.
-        scene_name, path = scenes[(2 * scene_order[(place // 4) % len(scene_order)] + place // 2) % len(scenes)]
+        scene_name, path = scenes[
+            (2 * scene_order[(place // 4) % len(scene_order)] + place // 2) % len(scenes)
+        ]
         camera_name, curves, prior = cameras[place % len(cameras)]
         yield Case(f"{scene_name}, {camera_name}", _light(path), curves, prior, place)
 
@@ -155,7 +155,7 @@ def _cameras(
         light, brightness = stored["E"].astype(float), stored["f"].astype(float)
     order = np.random.default_rng(1).permutation(len(names))
     dorf = load_dorf(data / "dorf" / "dorf_named.npz")
-    triples = [row for row in range(0, len(dorf.names) - 2) if _is_triple(dorf, row)]
+    triples = [row for row in range(len(dorf.names) - 2) if _is_triple(dorf, row)]
     rows = np.random.default_rng(2).permutation(triples)
     for modern, row in zip(order, rows, strict=False):
         curve = _sampled(light, brightness[modern])
@@ -308,7 +308,12 @@ def ours(shot: Shot) -> JsonObject:
     start = time.perf_counter()
     found = calibrated(shot)
     seconds = time.perf_counter() - start
-    about = {"case": shot.case.name, "kind": shot.kind, "form": shot.form, "seconds": seconds}
+    about: JsonObject = {
+        "case": shot.case.name,
+        "kind": shot.kind,
+        "form": shot.form,
+        "seconds": seconds,
+    }
     if isinstance(found, str):
         return {**about, "verdict": "refused", "reason": found, "channels": []}
     return {

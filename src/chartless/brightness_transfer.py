@@ -62,12 +62,12 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     prior : CurvePrior
     """
     n_levels, n_exposures = counts.n_levels, counts.log_exposures.size
-    transfers = [brightness_transfer(table.counts) for table in counts.tables]
+    transfers = [brightness_transfer(table.counts) for table in counts.forward]
     upper = np.concatenate([each.level for each in transfers])
     lower = np.concatenate([each.lower for each in transfers])
     sizes = [each.level.size for each in transfers]
-    longer = np.repeat([table.longer for table in counts.tables], sizes)
-    shorter = np.repeat([table.shorter for table in counts.tables], sizes)
+    longer = np.repeat([table.longer for table in counts.forward], sizes)
+    shorter = np.repeat([table.shorter for table in counts.forward], sizes)
     step = counts.log_exposures[longer] - counts.log_exposures[shorter]
     floor = lower.astype(np.intp)
     part = lower - floor

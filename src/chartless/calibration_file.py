@@ -137,6 +137,8 @@ def _response_to_json(response: Response) -> JsonObject:
         "parameters_covariance": _maybe(response.parameter_covariance, np.ndarray.tolist),
         "inverse_lut": response.inverse_lut.tolist(),
         "inverse_lut_std": _maybe(response.inverse_lut_std, np.ndarray.tolist),
+        "shape_std": _maybe(response.shape_std, np.ndarray.tolist),
+        "white_std": response.white_std,
         "inverse_lut_std_with_dark": _maybe(response.inverse_lut_std_with_dark, np.ndarray.tolist),
         "response_lut": response.response_lut.tolist(),
         "noise": _maybe(
@@ -204,6 +206,8 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         inverse_lut_std=_maybe(
             entry["inverse_lut_std"], lambda _: _numbers(entry, "inverse_lut_std", n_levels)
         ),
+        shape_std=_maybe(entry.get("shape_std"), lambda _: _numbers(entry, "shape_std", n_levels)),
+        white_std=_maybe(entry.get("white_std"), float),
         inverse_lut_std_with_dark=_maybe(
             entry.get("inverse_lut_std_with_dark"),
             lambda _: _numbers(entry, "inverse_lut_std_with_dark", n_levels),

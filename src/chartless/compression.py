@@ -20,12 +20,12 @@ from chartless.types import Bools, Floats32, Levels
 JPEG_BLOCK = 8
 """Rows and columns of pixels that JPEG codes together."""
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)  # ITU-R BT.601, as JPEG files take it
-_N_BANDS, _MOST_COLUMNS = 6, 640  # of the picture that are looked at
+_N_BANDS, _ALL_BANDS, _MOST_COLUMNS = 6, 60, 640  # of the picture: at a glance, and at most
 # Rounding the levels of a decoded picture moves coefficients of luma by 0.2 to 0.3; three deviations.
 _ZERO = 0.7
 _FIRST_ORDER, _LAST_ORDER = 3, 9  # of coefficients: those that are coarsely rounded but not empty
 _LEAST_RANGE = 6.0  # levels in a block: flat ones are zero in any grid
-_LEAST_BLOCKS = 20  # of each phase, else nothing can be said
+_ENOUGH_BLOCKS, _LEAST_BLOCKS = 20, 8  # of each phase: at a glance, and to say anything
 # Share of zero coefficients above the median of all 64 phases, in deviations of these: 11 and more
 # in JPEG of quality 80 to 95 saved as PNG, 4 at most in pictures that never were one.
 _CLEAR, _CLEAR_SHARE = 8.0, 0.03
@@ -55,7 +55,8 @@ class Blocks:
         held = whole.reshape(rows, self.height, columns, self.width).any(axis=(1, 3))
         spread = np.repeat(np.repeat(held, self.height, axis=0), self.width, axis=1)
         inside = tuple(
-            slice(first, first + length) for (first, _), length in zip(padding, pixels.shape, strict=True)
+            slice(first, first + length)
+            for (first, _), length in zip(padding, pixels.shape, strict=True)
         )
         return spread[inside]
 
@@ -81,7 +82,9 @@ def former_blocks(levels: Levels) -> FormerBlocks:
         return FormerBlocks(None, sure=True)
     if min(levels.shape[:2]) < 2 * JPEG_BLOCK:
         return FormerBlocks(None, sure=False)
-    zeros, seen = _zeros(levels)
+    zeros, seen = _zeros(levels, _N_BANDS)
+    if seen.min() < _ENOUGH_BLOCKS:
+        zeros, seen = _zeros(levels, _ALL_BANDS)
     if seen.min() < _LEAST_BLOCKS:
         return FormerBlocks(None, sure=False)
     share = zeros / seen
@@ -90,12 +93,12 @@ def former_blocks(levels: Levels) -> FormerBlocks:
     best = int(share.argmax())
     above = float(share.flat[best]) - middle
     if above < max(_CLEAR * spread, _CLEAR_SHARE):
-        return FormerBlocks(None, sure=True)
+        return FormerBlocks(None, sure=bool(seen.min() >= _ENOUGH_BLOCKS))
     down, right = np.unravel_index(best, share.shape)
     return FormerBlocks(Blocks(JPEG_BLOCK, JPEG_BLOCK, int(down), int(right)), sure=True)
 
 
-def _zeros(levels: Levels) -> tuple[Floats32, Floats32]:
+def _zeros(levels: Levels, n_bands: int) -> tuple[Floats32, Floats32]:
     """Share of coefficients near zero, summed over blocks, and blocks, of each phase, (8, 8)."""
     n = JPEG_BLOCK
     height = levels.shape[0]
@@ -103,7 +106,7 @@ def _zeros(levels: Levels) -> tuple[Floats32, Floats32]:
     order = np.add.outer(np.arange(n), np.arange(n))
     chosen = (order >= _FIRST_ORDER) & (order <= _LAST_ORDER)
     zeros, seen = np.zeros((n, n), np.float32), np.zeros((n, n), np.float32)
-    starts = np.unique(np.linspace(0, height - (2 * n - 1), _N_BANDS).astype(int))
+    starts = np.unique(np.linspace(0, height - (2 * n - 1), n_bands).astype(int))
     for start in starts:
         band = levels[start : start + 2 * n - 1, :_MOST_COLUMNS].astype(np.float32)
         luma = band @ _LUMA if band.shape[2] > 1 else band[..., 0]
@@ -130,4 +133,4 @@ def _cosines() -> Floats32:
     place = np.arange(n)
     rows = np.cos(np.pi * (place + 0.5) * place[:, np.newaxis] / n) * np.sqrt(2 / n)
     rows[0] /= np.sqrt(2)
-    return rows.astype(np.float32)
+    return np.asarray(rows, dtype=np.float32)

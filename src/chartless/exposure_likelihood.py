@@ -111,7 +111,7 @@ class Comparagram:
     def conditions(self) -> Conditions:
         """Rows as the likelihood takes them, the same for any curve."""
         black, white = self.margin, len(self.counts) - 1 - self.margin
-        seen = self.counts.any(axis=1)
+        seen: Bools = np.any(self.counts, axis=1, keepdims=True)[:, 0]
         seen[: black + 1] = seen[white:] = False
         upper = np.flatnonzero(seen)  # of level j is edge j
         counts, trust = self.counts[upper], self.trust[upper]
@@ -146,6 +146,9 @@ class ExposureCounts:
     """Logarithms ln t of the exposures, shape (K,), as far as known."""
     exposure_error: float = 0.0
     """Deviation of the logarithms of the exposures; 0 if they are exact."""
+    white_error: float = 0.0
+    """Relative deviation of the light at white beyond what the counts tell, where clipping could not
+    be kept apart from levels."""
     own_noise: bool = False
     """Whether u and v here are not those of level pairs of one exposure."""
 
@@ -155,9 +158,18 @@ class ExposureCounts:
         return len(self.tables[0].counts)
 
     @property
+    def forward(self) -> tuple[Comparagram, ...]:
+        """Tables of which the levels of the longer exposure are given."""
+        return tuple(
+            table
+            for table in self.tables
+            if self.log_exposures[table.longer] >= self.log_exposures[table.shorter]
+        )
+
+    @property
     def n_pixels(self) -> int:
         """Pixels compared, weighted."""
-        return round(sum(float(table.counts.sum()) for table in self.tables))
+        return round(sum(float(table.counts.sum()) for table in self.forward))
 
     @property
     def observed_levels(self) -> tuple[int, int]:

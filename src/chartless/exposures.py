@@ -25,7 +25,7 @@ import numpy as np
 
 from chartless.brightness_transfer import brightness_transfer
 from chartless.channels import planes_of, require_alike, require_mask
-from chartless.compression import Blocks, former_blocks
+from chartless.compression import JPEG_BLOCK, Blocks, former_blocks
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.exposure_likelihood import Comparagram, ExposureCounts
 from chartless.frame import Frame, FrameSource
@@ -39,6 +39,9 @@ LEAST_STEP = math.log(1.05)
 """Of ln of the exposure; below, two exposures are as good as one."""
 LOSSY_MARGIN = 3
 """Levels next to black and white that lossy compression makes of clipped pixels."""
+UNALIGNED_WHITE = 0.15
+"""Relative deviation of the light at white where levels of lossy files are matched by rank: blocks
+that hold white cannot be left out then (benchmarks/files.py, row unaligned)."""
 SAMPLE = 1 << 18
 """Pixels of a frame that are kept, at most."""
 GREY_PIXELS, COLOURED_PIXELS = 1000.0, 100.0
@@ -70,8 +73,8 @@ class BracketEvidence:
     """One for each exposure and the next, their levels brought together."""
     overlaps: tuple[float, ...]
     """Share of usable pixels that are neither black nor white in an exposure and the next."""
-    lossy: bool
-    """Whether the frames went through lossy compression, by their files or by what they show."""
+    white_error: float
+    """See `ExposureCounts.white_error`."""
     brightenings: tuple[float, ...]
     """ln of the mean level of such pixels in the next exposure over that in an exposure; 0 if there
     are none."""
@@ -80,12 +83,22 @@ class BracketEvidence:
     sources: tuple[FrameSource, ...]
     """One for each exposure, in the order given."""
 
+    def held_at(self, log_exposures: Floats) -> "BracketEvidence":
+        """Return the same evidence with other exposures that count as exact."""
+        return replace(
+            self,
+            tables={name: _pooled(each, log_exposures) for name, each in self.tables.items()},
+            log_exposures=log_exposures,
+            exposure_error=0.0,
+        )
+
     def counts(self, channel: str) -> ExposureCounts:
         """Evidence of one channel, as the likelihood takes it."""
         return ExposureCounts(
             self.tables[channel],
             self.log_exposures,
             self.exposure_error,
+            self.white_error,
         )
 
 
@@ -97,6 +110,8 @@ class _Sample:
     """Of the chosen pixels, shape (N,)."""
     usable: Bools
     """Whether they lie in the mask and away from what is saturated, shape (N,)."""
+    touched: Bools
+    """Whether they lie in a block that holds white, shape (N,): not usable if the file is lossy."""
     chroma: Floats32
     """How far they are from grey, shape (N,)."""
 
@@ -162,18 +177,16 @@ def bracket_evidence(
     for frame in frames:
         if first is None:
             require_mask(mask, frame)
+            _require_one_curve(frame, channels)
             first = frame
         require_alike(first, frame, one_exposure=False)
         planes = planes_of(frame, channels, n_levels)
         blocks = history.blocks(frame)
         usable = np.broadcast_to(True, frame.levels.shape[:2]) if mask is None else mask
-        if aligned:
-            usable = usable & ~_disturbed(planes, n_levels, bloom_radius, blocks)
-        if channels == "luma" and frame.levels.shape[-1] > 1:
-            # Light in luma of another colour is another mixture of three curves.
-            colours = [frame.levels[..., c].ravel() for c in range(3)]
-            usable = usable & (_chroma(colours, frame.white + 1) <= NEUTRAL).reshape(usable.shape)
-        samples.append(_sample(planes, n_levels, usable))
+        white = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
+        if bloom_radius > 0:
+            usable = usable & ~_around(white, bloom_radius)
+        samples.append(_sample(planes, n_levels, usable, blocks.touched(white)))
         if aligned and before:
             middle = list(planes)[len(planes) // 2]
             one, other = (sample.levels[middle] for sample in samples[-2:])
@@ -186,6 +199,8 @@ def bracket_evidence(
     if first is None or len(sources) < 2:  # noqa: PLR2004 - exposures to compare
         msg = "a bracket needs two or more frames of one scene at different exposures"
         raise UnfitFramesError(msg)
+    if history.lossy and aligned:
+        samples = [replace(each, usable=each.usable & ~each.touched) for each in samples]
     inner = [_inner(sample, n_levels) for sample in samples]
     if log_exposures is None:
         log_exposures = _guessed(samples, inner, n_levels)
@@ -197,9 +212,10 @@ def bracket_evidence(
             "for frames of one exposure"
         )
         raise UnfitFramesError(msg)
+    margin = 0
     if history.lossy:
+        margin = LOSSY_MARGIN
         pairs += [(longer, shorter) for shorter, longer in pairs]
-    margin = LOSSY_MARGIN if history.lossy else 0
     if aligned:
         tables = _compared(samples, pairs, stacked, margin)
     else:
@@ -213,7 +229,7 @@ def bracket_evidence(
         histograms=stacked,
         checks=tuple(checks),
         overlaps=_overlaps(samples, inner),
-        lossy=history.lossy,
+        white_error=UNALIGNED_WHITE if history.lossy and not aligned else 0.0,
         brightenings=_brightenings(samples, inner),
         bit_depth=first.bit_depth,
         sources=tuple(sources),
@@ -311,41 +327,52 @@ class _History:
 
     def __init__(self) -> None:
         self.lossy = False
-        self._former: Blocks | None = None
+        self._blocks = Blocks(JPEG_BLOCK, JPEG_BLOCK)
         self._sure = False
 
-    def blocks(self, frame: Frame) -> Blocks | None:
-        """Blocks that were coded together in a frame, as far as is known by now."""
+    def blocks(self, frame: Frame) -> Blocks:
+        """Blocks that were coded together in a frame if it was a JPEG, as far as is known by now."""
         if frame.blocks is not None:
             self.lossy = True
             return frame.blocks
         if not self._sure:  # frames of a bracket have one history
-            self._former, self._sure = former_blocks(frame.levels)
-            self.lossy |= self._former is not None
-        return self._former
+            found, self._sure = former_blocks(frame.levels)
+            if found is not None:
+                self.lossy, self._blocks = True, found
+        return self._blocks
 
 
-def _disturbed(
-    planes: dict[str, Levels], n_levels: int, bloom_radius: int, blocks: Blocks | None
-) -> Bools:
-    """Pixels too close to white for their levels to be believed, shape (M, N)."""
-    white = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
-    disturbed = np.zeros_like(white) if blocks is None else blocks.touched(white)
-    if bloom_radius > 0:
-        from scipy.ndimage import binary_dilation
-
-        disturbed |= binary_dilation(white, _disc(bloom_radius))
-    return disturbed
+def _require_one_curve(frame: Frame, channels: str) -> None:
+    """Refuse luma of colours in a bracket: by colour it mixes three curves differently."""
+    levels = frame.levels
+    if channels == "luma" and levels.shape[-1] > 1 and np.any(levels != levels[..., :1]):
+        msg = (
+            f"{frame.path} has colours, and luma of differently coloured pixels is not one curve of "
+            "light: use channels 'auto' or 'rgb' for exposures of colour pictures"
+        )
+        raise ParameterError(msg)
 
 
-def _sample(planes: dict[str, Levels], n_levels: int, usable: Bools) -> _Sample:
+def _around(white: Bools, radius: int) -> Bools:
+    """White pixels and those close to one, shape (M, N)."""
+    from scipy.ndimage import binary_dilation
+
+    return np.asarray(binary_dilation(white, _disc(radius)))
+
+
+def _sample(planes: dict[str, Levels], n_levels: int, usable: Bools, touched: Bools) -> _Sample:
     height, width = usable.shape
     excess = max(1.0, height * width / SAMPLE)
     down = int(np.sqrt(excess))
     right = int(np.ceil(excess / down))
     chosen = np.s_[down // 2 :: down, right // 2 :: right]
     levels = {name: plane[chosen].ravel() for name, plane in planes.items()}
-    return _Sample(levels, usable[chosen].ravel(), _chroma([*levels.values()], n_levels))
+    return _Sample(
+        levels,
+        usable[chosen].ravel(),
+        touched[chosen].ravel(),
+        _chroma([*levels.values()], n_levels),
+    )
 
 
 def _disc(radius: int) -> Bools:

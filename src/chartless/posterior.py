@@ -13,6 +13,7 @@ rises and falls, and scenes are not as the model takes them, however many pixels
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_triangular
@@ -39,6 +40,7 @@ _ROUNDING = 1e-9
 _DROP = 1.5  # nats
 _REFINEMENTS = 10
 _WIDEST = 2.5  # distance of modes at the peak in deviations of the evidence
+_DRAWS = 256  # pairs of curves from the posterior
 _FINE = 40  # ratios from one mode to the next at which they are interpolated
 
 
@@ -402,7 +404,8 @@ def integrated(
     covariances = np.array([covariance_of(mode, slice(n_coordinates)) for mode in modes])
     share_of_mode = np.eye(len(modes))
     if len(modes) == 1 and isinstance(space, FreeCurve):
-        curves[0], curve_variances[0] = _moments(best, space)
+        draws = drawn_curves(modes, np.ones(1), space)
+        curves[0], curve_variances[0] = draws.mean(axis=0), draws.var(axis=0)
     if len(modes) > 1:
         pieces = [np.linspace(*ends, _FINE, endpoint=False) for ends in pairwise(log_ratios)]
         fine = np.concatenate([*pieces, log_ratios[-1:]])
@@ -441,17 +444,50 @@ def integrated(
     )
 
 
-_DRAWS = 256
+class ScaleSpread(NamedTuple):
+    """How the deviation of g divides into that of its scale and that of its shape."""
+
+    log_scale: float
+    """Deviation of ln of the factor that brings a curve closest to the mean."""
+    shape: Floats
+    """Deviation of g at the levels when each curve is brought closest, shape (L,)."""
 
 
-def _moments(mode: Mode, space: AbstractCurveSpace) -> tuple[Floats, Floats]:
-    """Mean and variance of g at the levels, shape (L,) each, over draws about a mode."""
-    size = mode.state.coordinates.size
-    draws = np.random.default_rng(0).standard_normal((len(mode.factor), _DRAWS))
-    away = solve_triangular(mode.factor, draws, lower=True, trans="T", check_finite=False)[:size]
-    both = np.concatenate([away, -away], axis=1)
-    curves = np.array([at_levels(space.edges(mode.state.coordinates + each)) for each in both.T])
-    return curves.mean(axis=0), curves.var(axis=0)
+def drawn_curves(modes: list[Mode], weights: Floats, space: FreeCurve) -> Floats:
+    """Draws of g at the levels from the posterior, each mode as often as its weight asks for.
+
+    Light is the sum of exponentials, so where levels are hardly seen it is skewed: its mean lies
+    above the mode, and a deviation by derivatives is too small.
+
+    Parameters
+    ----------
+    modes : list of Mode
+    weights : ndarray, shape of `modes`
+        Of sum 1.
+    space : FreeCurve
+
+    Returns
+    -------
+    ndarray, shape (N, L)
+        Draws in pairs on either side of a mode.
+    """
+    generator = np.random.default_rng(0)
+    curves = []
+    for mode, weight in zip(modes, weights, strict=True):
+        size = mode.state.coordinates.size
+        draws = generator.standard_normal((len(mode.factor), round(_DRAWS * weight)))
+        away = solve_triangular(mode.factor, draws, lower=True, trans="T", check_finite=False)
+        for step in away[:size].T:
+            curves += [space.edges(mode.state.coordinates + way * step) for way in (1, -1)]
+    return np.array([at_levels(edges) for edges in curves])
+
+
+def scale_spread(curves: Floats) -> ScaleSpread:
+    """Divide the spread of curves, shape (N, L), into scale and shape."""
+    mean = curves.mean(axis=0)
+    scale = curves @ mean / (mean @ mean)
+    shape = (curves / scale[:, np.newaxis]).std(axis=0)
+    return ScaleSpread(float(np.log(scale).std()), shape)
 
 
 def _spread(values: Floats, weights: Floats) -> Floats:

@@ -151,6 +151,12 @@ class Response:
     """Of the noise parameters, where the method tells one."""
     inverse_lut_std: Floats | None = None
     """Standard deviation of `inverse_lut`, shape (L,), where the method tells one."""
+    shape_std: Floats | None = None
+    """The part of `inverse_lut_std` that is not one factor for all levels, shape (L,): what counts
+    where light is compared with light. None where the method does not divide it."""
+    white_std: float | None = None
+    """The other part: relative deviation of the light at white against that of all levels. It is
+    large where frames do not show how levels go over into white."""
     inverse_lut_std_with_dark: Floats | None = None
     """What `inverse_lut_std` would be after two frames with the lens covered, shape (L,); None
     where there were some, for a family and where the method makes no use of them."""
@@ -195,14 +201,18 @@ class Response:
         last = self.n_levels - 1
         scale = (n_levels - 1) / last
         low, high = self.observed_levels
-        std = self.inverse_lut_std
-        if std is not None:
-            std = np.interp(np.linspace(0, last, n_levels), np.arange(last + 1), std)
+
+        def spread(std: Floats | None) -> Floats | None:
+            if std is None:
+                return None
+            return np.interp(np.linspace(0, last, n_levels), np.arange(last + 1), std)
+
         return replace(
             self,
             n_levels=n_levels,
             observed_levels=(int(low * scale), int(high * scale)),
-            inverse_lut_std=std,
+            inverse_lut_std=spread(self.inverse_lut_std),
+            shape_std=spread(self.shape_std),
             inverse_lut_std_with_dark=None,
             exposures=None if self.exposures is None else self.exposures.scaled(scale),
             table=None,
@@ -217,6 +227,34 @@ class Response:
         from chartless.report import card
 
         return card([self])
+
+    def with_exponent_error(self, error: float) -> "Response":
+        """Return the same response with another deviation of ln γ in its band.
+
+        Where g^γ explains the evidence as well as g, g is off by g ln g times that of ln γ.
+        """
+        light = self.inverse_lut
+        by_exponent = error * light * np.log(np.maximum(light, np.finfo(np.float64).tiny))
+
+        def widened(std: Floats | None) -> Floats | None:
+            return None if std is None else np.hypot(std, by_exponent)
+
+        return replace(
+            self,
+            inverse_lut_std=widened(self.inverse_lut_std),
+            shape_std=widened(self.shape_std),
+        )
+
+    def with_white_error(self, error: float) -> "Response":
+        """Return the same response with another relative deviation of the light at white."""
+        if self.inverse_lut_std is None or self.white_std is None or error == 0:
+            return self
+        below_white = np.append(self.inverse_lut[:-1], 0.0)
+        return replace(
+            self,
+            inverse_lut_std=np.hypot(self.inverse_lut_std, error * below_white),
+            white_std=float(np.hypot(self.white_std, error)),
+        )
 
     def with_flags(self, *flags: Flag) -> "Response":
         """Return the same response with more flags, each at most once, in a fixed order."""

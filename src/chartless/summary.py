@@ -88,6 +88,11 @@ def error_text(std: Floats | None) -> str:
     return "-" if std is None else f"± {deviation(std):.3f}"
 
 
+def white_text(response: Response) -> str:
+    """Deviation of the light at white, apart from that of the shape."""
+    return "-" if response.white_std is None else f"± {response.white_std:.1%}"
+
+
 def fit_text(response: Response) -> str:
     """Goodness of fit, by the measure that the method has."""
     if response.raw is not None:

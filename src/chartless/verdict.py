@@ -17,6 +17,8 @@ from chartless.types import Floats, JsonObject
 GOOD_BAND = 0.02
 """Deviation of the inverse response up to which a curve is good: nine of ten pairs of frames
 without faults come closer (docs/how-sure.md)."""
+GOOD_WHITE = 0.02
+"""Relative deviation of the light at white up to which a curve is good in scale as well."""
 WORST_BAND = 0.045
 """Deviation above which a curve is worth nothing: real cameras taken for sRGB are off by as much
 (docs/brackets.md)."""
@@ -71,8 +73,14 @@ def deviation(std: Floats) -> float:
 
 
 def band(channels: Sequence[Response]) -> float | None:
-    """Deviation of the channel that is known worst; None if none is known."""
-    stds = [response.inverse_lut_std for response in channels]
+    """Deviation of the channel that is known worst; None if none is known.
+
+    That of the shape where it is known apart from the light at white.
+    """
+    stds = [
+        response.inverse_lut_std if response.shape_std is None else response.shape_std
+        for response in channels
+    ]
     return max((deviation(std) for std in stds if std is not None), default=None)
 
 
@@ -80,7 +88,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     """Judge the channels of a camera by the worst of them.
 
     Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
-    with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, that leaves
+    with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, of which the
+    light at white is known to more than `GOOD_WHITE`, that leaves
     more than `WORST_EXPOSURE_MISFIT` between exposures, in the channel that
     `typical_of_exposures` chooses, or of which no error or no goodness of fit is known. Others are
     good.
@@ -105,7 +114,9 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     other = {flag for response in channels for flag in response.flags} - grave
     known = band(channels)
     widest = known or 0.0
-    how_sure = f"The curve is known to ± {widest:.3f} of the light at white"
+    whites = [each.white_std for each in channels if each.white_std is not None]
+    what = "shape of the curve" if whites else "curve"
+    how_sure = f"The {what} is known to ± {widest:.3f} of the light at white"
     bad, doubtful, fine = [], [], []
     if grave:
         bad.append(f"A curve and its noise do not explain the pictures: {_listed(grave)}.")
@@ -117,6 +128,11 @@ def verdict(channels: Sequence[Response]) -> Verdict:
         doubtful.append(f"{how_sure}; good frames give ± {GOOD_BAND:g} or less.")
     elif known is not None:
         fine.append(f"{how_sure}.")
+    if whites and max(whites) > GOOD_WHITE:
+        doubtful.append(
+            f"The light at white, and with it one factor of all levels of a channel, is known to "
+            f"± {max(whites):.0%}: compare light with light, and balance the channels anew."
+        )
     if any(response.inverse_lut_std is None for response in channels):
         doubtful.append(_NO_ERROR)
     if any(_is_untested(response) for response in channels):

@@ -29,6 +29,7 @@ from chartless.raw_blocks import RawEvidence, raw_evidence
 from chartless.raw_screening import screen_raw
 from chartless.response import Response
 from chartless.screening import screen
+from chartless.shared_exposures import shared_exposures
 from chartless.still import ENOUGH, still_evidence
 from chartless.types import JsonObject, Levels
 
@@ -166,20 +167,24 @@ def calibrate(
         _dark_frames(dark, channels), names, channels, n_levels if noise is None else noise.n_levels
     )
 
-    def estimate(place: int, name: str) -> Response:
+    def estimate(compared: BracketEvidence | None, place: int, name: str) -> Response:
         def channel_progress(share: float) -> None:
             if progress is not None:
                 progress("estimating", (place + share) / len(names))
 
         return calibrator.calibrate(
             None if noise is None else noise.tables[name],
-            exposures=None if bracket is None else bracket.counts(name),
+            exposures=None if compared is None else compared.counts(name),
             raw=None if read.raw is None else read.raw.blocks[name],
             channel=name,
             n_frames=2 if noise is None else noise.n_frames,
             dark=dark_levels.get(name),
             progress=channel_progress,
         )
+
+    def estimates(compared: BracketEvidence | None) -> tuple[Response, ...]:
+        each = (partial(estimate, compared, place, name) for place, name in enumerate(names))
+        return tuple(in_order(each)) if noise is None else tuple(one() for one in each)
 
     # One after the other: NumPy's steps on tables of noise are so short that threads get in each
     # other's way, and the whole takes longer. Those on comparagrams are longer.
@@ -191,10 +196,8 @@ def calibrate(
                 dark=dark_levels,
                 progress=None if progress is None else partial(progress, "estimating"),
             )
-        elif noise is None:
-            responses = tuple(in_order(partial(estimate, *each) for each in enumerate(names)))
         else:
-            responses = tuple(estimate(place, name) for place, name in enumerate(names))
+            responses = _with_shared_exposures(estimates, bracket)
     if noise is None and n_levels > MOST_LEVELS:
         responses = tuple(each.at_levels(n_levels) for each in responses)
     responses = tuple(each.with_flags(*read.flags[each.name]) for each in responses)
@@ -219,6 +222,19 @@ def calibrate(
             remarks=[*_repeats_left_out(read), *_raw_noise(read)],
         ),
     )
+
+
+def _with_shared_exposures(
+    estimates: Callable[[BracketEvidence | None], tuple[Response, ...]],
+    bracket: BracketEvidence | None,
+) -> tuple[Response, ...]:
+    """Channels estimated one by one and, where exposures are not exact, again with common ones."""
+    alone = estimates(bracket)
+    shared = None if bracket is None else shared_exposures(alone)
+    if bracket is None or shared is None:
+        return alone
+    again = estimates(bracket.held_at(shared.log_exposures))
+    return tuple(map(shared.taken_by, again, alone))
 
 
 def _calibrator(

@@ -62,7 +62,7 @@ class DebevecCalibrator(AbstractExposureCalibrator):
             square * square[:, np.newaxis] / np.maximum(square + square[:, np.newaxis], 1e-30)
         )
         normal, pull = np.zeros((n_levels, n_levels)), np.zeros(n_levels)
-        for table in counts.tables:
+        for table in counts.forward:
             weight = together * table.counts
             weight *= self.samples / max(float(table.counts.sum()), 1.0)
             step = counts.log_exposures[table.longer] - counts.log_exposures[table.shorter]

@@ -35,10 +35,12 @@ from chartless.posterior import (
     Posterior,
     State,
     covariance_of,
+    drawn_curves,
     integrated,
     maximise,
     ridge,
     ridge_share,
+    scale_spread,
     std_with_dark,
 )
 from chartless.response import ExposureEstimate, NoiseError, Response, SeenTransfer, Status
@@ -54,6 +56,9 @@ _UNKNOWN = 0.5  # error of exposures above which they count as unknown
 # Deviation of ln γ that repeats cannot undercut: by how the noise between exposures was shaped, γ
 # moved by 0.01 to 0.02, on photographs and on scenes whose density is the inverse of light.
 _EXPONENT_LIMIT = 0.02
+# And where nothing but the prior tells γ (benchmarks/files.py, row unknown).
+_EXPONENT_BY_PRIOR = 0.3
+_OTHER_EXPOSURES = 0.05  # of ln t, against those given, so small that rounded shutters stay below
 _QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
 _FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
 _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
@@ -350,42 +355,46 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
     low, high = counts.observed_levels
     others = response.observed_levels if response.table is not None else (low, high)
     log_exposures, error = _exposures_found(counts, found.modes, weights)
-    std = response.inverse_lut_std
-    if counts.exposure_error > _UNKNOWN and found.still is not None:
-        error = float(np.hypot(error, _EXPONENT_LIMIT))
-        if std is not None:
-            light = response.inverse_lut
-            by_exponent = light * np.log(np.maximum(light, np.finfo(np.float64).tiny))
-            std = np.hypot(std, _EXPONENT_LIMIT * by_exponent)
+    unknown = counts.exposure_error > _UNKNOWN
+    least = 0.0
+    if unknown:
+        least = _EXPONENT_BY_PRIOR if found.still is None else _EXPONENT_LIMIT
+        error = float(np.hypot(error, least))
     changes = log_exposures - counts.log_exposures
     exact = counts.exposure_error == 0
     off = 0.0 if exact else float(np.ptp(changes)) / 2 / counts.exposure_error
+    far = not unknown and float(np.ptp(changes)) > _OTHER_EXPOSURES
     scatter = float(np.exp(weights @ [mode.state.own[0][0] for mode in found.modes]))
     relative = np.exp(log_exposures - log_exposures.min())
     judged = replace(
-        response,
+        _divided(response, found, weights),
         observed_levels=(min(low, others[0]), max(high, others[1])),
         n_pairs=response.n_pairs + counts.n_pixels,
-        inverse_lut_std=std,
         exposures=ExposureEstimate(
             tuple(relative.tolist()), error, scatter, _transfers(counts, log_exposures)
         ),
     )
-    unknown = counts.exposure_error > _UNKNOWN and found.still is None
+    judged = judged.with_exponent_error(least).with_white_error(counts.white_error)
     doubts = (
-        (Flag.EXPONENT_UNKNOWN, unknown or error > _UNSURE_EXPONENT),
-        (Flag.EXPOSURES_OFF, off > _FAR_OFF),
+        (Flag.EXPONENT_UNKNOWN, (unknown and found.still is None) or error > _UNSURE_EXPONENT),
+        (Flag.EXPOSURES_OFF, off > _FAR_OFF or far),
         (Flag.SCATTER, scatter > _MUCH_SCATTER),
     )
     return judged.with_flags(*(flag for flag, holds in doubts if holds))
 
 
+def _divided(response: Response, found: Found, weights: Floats) -> Response:
+    """Response with its deviation divided into shape and white, of curves without a family."""
+    if not isinstance(found.space, FreeCurve):
+        return response
+    spread = scale_spread(drawn_curves(found.modes, weights, found.space))
+    return replace(response, shape_std=spread.shape, white_std=spread.log_scale)
+
+
 def _transfers(counts: ExposureCounts, log_exposures: Floats) -> tuple[SeenTransfer, ...]:
     """What the pictures show of the curve before any model, rounded for the file."""
     found = []
-    for table in counts.tables:
-        if log_exposures[table.longer] < log_exposures[table.shorter]:
-            continue  # the same pixels read the other way round
+    for table in counts.forward:
         upper, lower = brightness_transfer(table.counts)
         ratio = float(np.exp(log_exposures[table.longer] - log_exposures[table.shorter]))
         found.append(SeenTransfer(ratio, tuple(upper.tolist()), tuple(lower.round(2).tolist())))

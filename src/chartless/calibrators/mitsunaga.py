@@ -81,7 +81,7 @@ def _neighbours(counts: ExposureCounts) -> list[_Pair]:
     order = np.argsort(counts.log_exposures, kind="stable")
     place = np.argsort(order)
     pairs = []
-    for table in counts.tables:
+    for table in counts.forward:
         if place[table.longer] - place[table.shorter] != 1:
             continue
         inner = table.counts[1:-1, 1:-1]

@@ -58,7 +58,7 @@ class RobertsonCalibrator(AbstractExposureCalibrator):
         sure = np.exp(-4 * ((level - middle) / middle) ** 2)
         times = np.exp(counts.log_exposures - counts.log_exposures.mean())
         pairs = []
-        for table in counts.tables:
+        for table in counts.forward:
             # Of what is white in the longer exposure the light is unknown.
             longer, shorter = np.nonzero(table.counts[:-1])
             pairs.append(

@@ -121,10 +121,12 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     errors : sequence of float, optional
         RMSE of each channel against a known truth.
     """
-    from chartless.summary import doubts, error_text, fit_text, noise_text
+    from chartless.summary import doubts, error_text, fit_text, noise_text, white_text
     from chartless.verdict import verdict
 
-    header = ["channel", "U", "V", "levels seen", "error", "fit", "status"]
+    divided = any(response.shape_std is not None for response in calibration.channels)
+    errors_of = ["shape", "white"] if divided else ["error"]
+    header = ["channel", "U", "V", "levels seen", *errors_of, "fit", "status"]
     rows = []
     for response in calibration.channels:
         low, high = response.observed_levels
@@ -134,7 +136,11 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
                 noise_text("slope", response, 3),
                 noise_text("floor", response, 1),
                 f"{low} to {high}",
-                error_text(response.inverse_lut_std),
+                *(
+                    [error_text(response.shape_std), white_text(response)]
+                    if divided
+                    else [error_text(response.inverse_lut_std)]
+                ),
                 fit_text(response),
                 response.status.value if not response.flags else "doubtful",
             ]

@@ -27,6 +27,7 @@ from chartless.summary import (
     n_frames,
     noise_text,
     ratio_text,
+    white_text,
 )
 from chartless.types import JsonObject
 from chartless.verdict import Grade, verdict
@@ -114,6 +115,8 @@ def _numbers(channels: Sequence[Response]) -> list[Row]:
     """What is known of each channel; quantities that the method tells of none are left out."""
     rows = [
         Row("Error of the light", [error_text(each.inverse_lut_std) for each in channels]),
+        Row("… of its shape alone", [error_text(each.shape_std) for each in channels]),
+        Row("… at white, relative", [white_text(each) for each in channels]),
         Row("Noise slope U", [noise_text("slope", each, 3) for each in channels]),
         Row("Noise floor V", [noise_text("floor", each, 1) for each in channels]),
         Row("Levels seen", ["{} to {}".format(*each.observed_levels) for each in channels]),
