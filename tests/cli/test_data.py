@@ -196,6 +196,16 @@ def test_an_unknown_data_set_is_refused_with_a_suggestion(command: str, refusal:
     )
 
 
-@pytest.mark.parametrize("arguments", [(), ("fetch",), ("path",), ("fetchh", "dorf")])
-def test_what_is_missing_is_a_usage_error(arguments: tuple[str, ...], refusal: Refusal) -> None:
-    assert "(see chartless --help)" in refusal("data", *arguments)
+@pytest.mark.parametrize(
+    ("arguments", "command"),
+    [
+        ((), "data"),
+        (("fetch",), "data fetch"),
+        (("path",), "data path"),
+        (("fetchh", "dorf"), "data"),
+    ],
+)
+def test_what_is_missing_is_a_usage_error(
+    arguments: tuple[str, ...], command: str, refusal: Refusal
+) -> None:
+    assert refusal("data", *arguments).endswith(f"(see chartless {command} --help)")

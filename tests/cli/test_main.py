@@ -106,11 +106,17 @@ def test_an_unknown_command_is_refused_with_a_suggestion(refusal: Refusal) -> No
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_unknown_option_is_named(command: str, refusal: Refusal) -> None:
-    assert "--nonsense" in refusal(*command.split(), "--nonsense")
+    line = refusal(*command.split(), "--nonsense")
+
+    assert "--nonsense" in line
+    assert line.endswith(f"(see chartless {command} --help)")
 
 
 def test_an_unknown_option_of_the_program_is_named(refusal: Refusal) -> None:
-    assert "--nonsense" in refusal("--nonsense")
+    line = refusal("--nonsense")
+
+    assert "--nonsense" in line
+    assert line.endswith("(see chartless --help)")
 
 
 @pytest.mark.parametrize(

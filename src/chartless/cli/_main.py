@@ -84,7 +84,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = int(app(given or ["--help"], standalone_mode=False) or 0)
         sys.stdout.flush()
     except TyperException as error:
-        return _fail(f"{error.format_message()} (see chartless --help)", given, BAD_INPUT)
+        text = f"{error.format_message()} (see {_command_of(error)} --help)"
+        return _fail(text, given, BAD_INPUT)
     except ChartlessError as error:
         return _fail(str(error), given, BAD_INPUT)
     except (KeyboardInterrupt, Abort):
@@ -99,6 +100,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text = f"internal error: {type(error).__name__}: {error}; please report it"
         return _fail(text, given, INTERNAL)
     return _fail("interrupted", given, INTERRUPTED) if status == INTERRUPTED else status
+
+
+def _command_of(error: TyperException) -> str:
+    """Name of the command whose arguments are wrong, as a user would type it."""
+    names: list[str] = []
+    context = getattr(error, "ctx", None)
+    while context is not None and context.parent is not None:
+        names.insert(0, str(context.info_name))
+        context = context.parent
+    return " ".join(["chartless", *names])
 
 
 def _fail(message: str, given: list[str], status: int) -> int:
