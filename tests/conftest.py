@@ -38,7 +38,7 @@ def data_path() -> Path:
 def launch() -> Iterator[Launch]:
     """Start headless Chromium, with further arguments for its command line."""
     api = pytest.importorskip(
-        "playwright.sync_api", reason="no Playwright: pip install 'chartless[browser]'"
+        "playwright.sync_api", reason="no Playwright: pip install '.[browser]'"
     )
     program = next(filter(None, map(shutil.which, _BROWSERS)), None)
     if program is None:

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -51,3 +52,10 @@ def test_public_names_resolve(name: str):
 def test_an_unknown_name_is_no_attribute():
     with pytest.raises(AttributeError, match="'chartless' has no attribute 'calibrat'"):
         chartless.calibrat  # noqa: B018
+
+
+def test_no_message_asks_an_index_for_the_package():
+    sources = Path(chartless.__file__).parent.rglob("*.py")
+    asking = [path.name for path in sources if "chartless[" in path.read_text(encoding="utf-8")]
+
+    assert asking == []

@@ -14,8 +14,8 @@ from urllib.parse import quote
 
 import pytest
 
-pytest.importorskip("starlette", reason="no Starlette: pip install 'chartless[web]'")
-uvicorn = pytest.importorskip("uvicorn", reason="no Uvicorn: pip install 'chartless[web]'")
+pytest.importorskip("starlette", reason="no Starlette: pip install '.[web]'")
+uvicorn = pytest.importorskip("uvicorn", reason="no Uvicorn: pip install '.[web]'")
 
 from chartless.web._app import make_app  # noqa: E402 - of the two above
 

@@ -13,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
+from chartless._extras import how_to_install
 from chartless.errors import ChartlessError, ParameterError
 
 _T = TypeVar("_T")
@@ -140,7 +141,7 @@ def _require_scheduler(scheduler: str) -> None:
     try:
         import distributed  # noqa: F401
     except ImportError as error:
-        msg = "a scheduler needs Dask: pip install 'chartless[dask]'"
+        msg = f"a scheduler needs Dask: {how_to_install('dask')}"
         raise ParameterError(msg) from error
     # A client that fails to connect prints tracebacks when it is collected, and waits for ever
     # for a server of another kind. The thread: this one may have an event loop of its own.

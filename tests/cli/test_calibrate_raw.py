@@ -157,7 +157,8 @@ def test_without_rawpy_one_line_says_what_to_install(
 
     message = refusal("calibrate", shots / "IMG_1.JPG", "--raw", shots / "IMG_1.dng")
     assert message.endswith(
-        "IMG_1.dng: is a raw file, which rawpy reads: pip install 'chartless[raw]'"
+        "IMG_1.dng: is a raw file, which rawpy reads: in the folder of chartless, run "
+        "pip install '.[raw]'"
     )
 
 

@@ -303,7 +303,7 @@ def test_without_pyav_one_line_says_what_to_install(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"chartless: error: {path}: is a video, which takes PyAV to read: "
-        "pip install 'chartless[video]'\n"
+        "in the folder of chartless, run pip install '.[video]'\n"
     )
 
 

@@ -64,7 +64,7 @@ def test_axe_finds_no_fault(
 ) -> None:
     axe = pytest.importorskip(
         "axe_playwright_python.sync_playwright",
-        reason="no axe-core: pip install 'chartless[browser]'",
+        reason="no axe-core: pip install '.[browser]'",
     )
     page = opened(report, viewport={"width": width, "height": 844}, color_scheme=scheme)
 

@@ -421,7 +421,7 @@ def test_a_calibration_that_means_harm_is_text(
 def test_axe_finds_no_fault(visit: Callable[..., Page], frames: list[Path]) -> None:
     axe = pytest.importorskip(
         "axe_playwright_python.sync_playwright",
-        reason="no axe-core: pip install 'chartless[browser]'",
+        reason="no axe-core: pip install '.[browser]'",
     )
     page = visit(bypass_csp=True)
 

@@ -343,7 +343,7 @@ def test_without_its_extra_it_says_what_to_install() -> None:
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 
     assert run.returncode == 2
-    assert "pip install 'chartless[web]'" in run.stderr
+    assert "in the folder of chartless, run pip install '.[web]'" in run.stderr
     assert run.stderr.count("\n") == 1
 
 

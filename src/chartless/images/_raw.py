@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from chartless._extras import how_to_install
 from chartless.errors import ImageError
 from chartless.frame import CameraSettings, Frame, RawPicture
 from chartless.types import Floats, Floats32
@@ -204,7 +205,7 @@ def _opened(path: Path) -> Iterator["rawpy.RawPy"]:
     try:
         import rawpy
     except ImportError as error:
-        msg = "is a raw file, which rawpy reads: pip install 'chartless[raw]'"
+        msg = f"is a raw file, which rawpy reads: {how_to_install('raw')}"
         raise ImageError(str(path), msg) from error
     raw = rawpy.RawPy()
     try:

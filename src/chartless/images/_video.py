@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from chartless._extras import how_to_install
 from chartless.errors import ImageError
 from chartless.frame import Frame, TimedFrame
 from chartless.images._depth import FEWEST_BITS, MOST_BITS
@@ -78,7 +79,7 @@ def read_video(
     try:
         import av
     except ImportError as error:
-        msg = "is a video, which takes PyAV to read: pip install 'chartless[video]'"
+        msg = f"is a video, which takes PyAV to read: {how_to_install('video')}"
         raise ImageError(str(path), msg) from error
     place = 0
     try:

@@ -16,6 +16,7 @@ from tempfile import mkdtemp
 from threading import Timer
 from types import FrameType
 
+from chartless._extras import how_to_install
 from chartless.errors import ParameterError
 from chartless.web._limits import Limits
 
@@ -57,7 +58,7 @@ def serve(
         import starlette  # noqa: F401 - what else `_app` imports comes with chartless
         import uvicorn
     except ImportError as error:
-        msg = f"the page takes {error.name}, which is an extra: pip install 'chartless[web]'"
+        msg = f"the page takes {error.name}, which is an extra: {how_to_install('web')}"
         raise ParameterError(msg) from error
     with _listening(host, port) as listener, _folder() as folder, _terminable():
         from chartless.web._app import make_app
