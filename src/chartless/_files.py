@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from chartless._addresses import address_in
 from chartless.errors import ChartlessError, OutputError
 
 
@@ -79,6 +80,7 @@ def make_folder(path: Path) -> None:
     OutputError
         If that is impossible, or nothing may be written into the folder.
     """
+    _refuse_address(path)
     try:
         path.mkdir(exist_ok=True)
     except FileNotFoundError as error:
@@ -95,6 +97,7 @@ def make_folder(path: Path) -> None:
 
 def require_writable(path: str | os.PathLike[str]) -> None:
     """Raise `OutputError` if `path` could not be written, before work goes into its content."""
+    _refuse_address(path)
     target = Path(os.path.realpath(path))
     folder = target.parent
     if not folder.exists():
@@ -110,3 +113,10 @@ def require_writable(path: str | os.PathLike[str]) -> None:
     else:
         return
     raise OutputError(os.fspath(path), msg)
+
+
+def _refuse_address(path: str | os.PathLike[str]) -> None:
+    address = address_in(path)
+    if address is not None:
+        msg = "is an address, not a file: write to a folder of this computer"
+        raise OutputError(address, msg)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
+from chartless._addresses import NOT_A_FILE, address_in
 from chartless.errors import ImageError
 
 _NUMBER = re.compile(r"%(?:0(\d+))?d")
@@ -42,6 +43,9 @@ def expanded(names: Iterable[Path]) -> list[Path]:
 
 
 def _matches(name: Path) -> list[Path]:
+    address = address_in(name)
+    if address is not None:
+        raise ImageError(address, NOT_A_FILE)
     number = _NUMBER.search(name.name)
     if name.exists() or not (number or glob.has_magic(str(name))):
         return [name]

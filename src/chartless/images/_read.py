@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 
+from chartless._addresses import NOT_A_FILE, address_in
 from chartless.compression import JPEG_BLOCK, Blocks
 from chartless.errors import ImageError
 from chartless.frame import CameraSettings, Frame, Picture, RawPicture
@@ -251,6 +252,9 @@ def require_file(path: Path) -> bytes:
         head = b"" if is_folder or not size else _first_bytes(path)
         str(path).encode()  # OpenImageIO takes names as UTF-8
     except (FileNotFoundError, NotADirectoryError) as error:
+        address = address_in(path)
+        if address is not None:
+            raise ImageError(address, NOT_A_FILE) from error
         msg = "does not exist: check the name"
         raise ImageError(str(path), msg) from error
     except PermissionError as error:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
+from chartless._addresses import NOT_A_FILE, address_in
 from chartless._registry import Registry
 from chartless.calibration import Calibration
 from chartless.errors import CalibrationFileError, ParameterError
@@ -79,7 +80,9 @@ class Source:
             with path.open("rb") as file:
                 content = file.read(MOST_BYTES + 1)
         except OSError as error:
-            msg = f"{path}: cannot be read: {error.strerror or error}"
+            address = address_in(path)
+            what = f"{path}: cannot be read: {error.strerror or error}"
+            msg = what if address is None else f"{address}: {NOT_A_FILE}"
             raise CalibrationFileError(msg) from error
         if len(content) > MOST_BYTES:
             msg = f"{path}: is larger than any response curve: give the file that holds it alone"
