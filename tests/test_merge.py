@@ -17,6 +17,7 @@ from chartless.errors import ParameterError, UnfitFramesError
 from chartless.frame import CameraSettings, Frame
 from chartless.merge import DEFAULT_NOISE, DEVIATIONS, RadianceMap, grey_factors, merge_frames
 from chartless.noise import AffineNoise
+from chartless.plan import LEAST_EXPOSURE, MOST_EXPOSURE, MOST_RATIO
 from chartless.response import Response, Status
 from chartless.simulate import simulate_frames
 
@@ -554,8 +555,11 @@ def test_progress_counts_frames_of_all_sweeps() -> None:
     ("n_frames", "times", "settings", "message"),
     [
         (2, (1,), {}, "1 exposures were given for 2 frames"),
-        (2, (1, 0), {}, "exposures must be above 0, not 0"),
-        (2, (1, np.nan), {}, "exposures must be above 0, not nan"),
+        (2, (1e-40, 2e-40), {}, r"exposure 1 must be between 1e-18 and 1e\+18, not 1e-40"),
+        (2, (1, 1e308), {}, r"exposure 2 must be between 1e-18 and 1e\+18, not 1e\+308"),
+        (2, (1e-12, 1e12), {}, "no scene spans the 64 stops"),
+        (2, (1, 0), {}, "exposure 2 must be above 0, not 0"),
+        (2, (1, np.nan), {}, "exposure 2 must be above 0, not nan"),
         (2, (1, 2), {"bloom_radius": -1}, "bloom radius must be 0 or more pixels, not -1"),
         (2, (1, 2), {"sweeps": 3}, "one or two sweeps, not 3"),
         (2, (1, 2), {"white": 0}, "white must be a level between 1 and 255, not 0"),
@@ -587,3 +591,26 @@ def test_frames_that_differ_in_more_than_exposure_are_refused() -> None:
 def test_a_calibration_of_other_channels_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"has the channels R, G, B, frame\.png has 1"):
         merge_frames([frame([[1]])] * 2, (1, 2), camera("R", "G", "B"))
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        (LEAST_EXPOSURE, 2 * LEAST_EXPOSURE),
+        (MOST_EXPOSURE / 2, MOST_EXPOSURE),
+        (LEAST_EXPOSURE, MOST_RATIO * LEAST_EXPOSURE),
+        (MOST_EXPOSURE / MOST_RATIO, MOST_EXPOSURE),
+    ],
+)
+def test_whatever_exposures_are_taken_single_precision_holds_the_radiance(
+    times: tuple[float, float],
+) -> None:
+    """Also a file of RGBE, which writes 0 below 10⁻³²."""
+    levels = np.stack([np.arange(256), np.arange(256)[::-1], np.full(256, 255)])
+    for shown in (levels, np.zeros_like(levels), np.full_like(levels, 255)):
+        merged = merge_frames([frame(levels), frame(shown)], times, camera())
+
+        assert np.isfinite(merged.values).all()
+        assert np.all((merged.values > 1e-32) & (merged.values < 1e32))
+        assert np.isfinite(merged.std[~merged.saturated]).all()
+        assert np.all(merged.std > 0)

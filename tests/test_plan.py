@@ -10,7 +10,17 @@ import pytest
 
 from chartless.errors import ChartlessError, ParameterError, UnfitFramesError
 from chartless.frame import CameraSettings
-from chartless.plan import EXIF_ERROR, KINDS, UNKNOWN_ERROR, Plan, parsed_times, planned
+from chartless.plan import (
+    EXIF_ERROR,
+    KINDS,
+    LEAST_EXPOSURE,
+    MOST_EXPOSURE,
+    MOST_RATIO,
+    UNKNOWN_ERROR,
+    Plan,
+    parsed_times,
+    planned,
+)
 
 NOTHING = CameraSettings()
 
@@ -265,3 +275,13 @@ def test_times_that_contradict_exif_are_believed_if_a_bracket_is_asked_for() -> 
 def test_all_kinds_have_been_asked_for() -> None:
     assert KINDS == ("auto", "noise", "bracket", "both")
     assert replace(plan_of(BRACKET), noise=True).bracket
+
+
+def test_an_exposure_by_exif_that_no_camera_has_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"the exposure of 1.jpg by EXIF must be between"):
+        plan_of([shot(0.1), shot(4e9, f_number=1e-9)])
+
+
+def test_exposures_at_the_limits_are_taken() -> None:
+    for times in ((LEAST_EXPOSURE, LEAST_EXPOSURE * MOST_RATIO), (1.0, MOST_EXPOSURE)):
+        assert plan_of(SILENT[:2], times=times).bracket

@@ -49,6 +49,7 @@ from chartless.channels import require_alike
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.frame import Frame
 from chartless.noise import TYPICAL_8BIT, AffineNoise
+from chartless.plan import require_exposures
 from chartless.response import Response
 from chartless.types import Bools, Floats, Floats32, Levels
 
@@ -236,13 +237,12 @@ def _checked(
         raise UnfitFramesError(msg)
     if times.shape != (len(frames),):
         msg = f"{times.size} exposures were given for {len(frames)} frames: give one for each"
-    elif not np.all((times > 0) & np.isfinite(times)):
-        msg = f"exposures must be above 0, not {times[~((times > 0) & np.isfinite(times))][0]:g}"
     elif bloom_radius < 0:
         msg = f"the bloom radius must be 0 or more pixels, not {bloom_radius}"
     elif sweeps not in (1, 2):
         msg = f"there are one or two sweeps, not {sweeps}"
     else:
+        require_exposures(times, [f"exposure {place}" for place in range(1, 1 + times.size)])
         return times
     raise ParameterError(msg)
 
@@ -492,9 +492,10 @@ def _finished(
 ) -> RadianceMap:
     values, std = _mean(sums), sums.weight
     np.divide(1.0, np.sqrt(std, out=std), out=std)
+    saturated = sums.rank == _SATURATED
+    values[saturated] = 0.0  # huge before, and set to the bound below
     values /= times.max()
     std /= times.max()
-    saturated = sums.rank == _SATURATED
     black = ~lit
     for c, bound in enumerate(tables.bound):
         values[..., c][saturated[..., c]] = bound / times.min()

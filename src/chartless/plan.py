@@ -28,6 +28,14 @@ EXIF_ERROR = 0.02
 UNKNOWN_ERROR = 1.5
 """Deviation of ln t where nothing is known: a factor of four or five either way."""
 _AND_NOISE = ", and noise of "
+LEAST_EXPOSURE, MOST_EXPOSURE = 1e-18, 1e18
+"""Limits of an exposure. Radiance is irradiance over exposure, in single precision, which ends at
+10⁻³⁸ and 10³⁸; files of Radiance HDR write 0 below 10⁻³². Within these limits ten digits of
+irradiance fit. Cameras note t · ISO/N² between 10⁻⁸ and 10¹⁰."""
+MOST_RATIO = 2.0**64
+"""Of the longest exposure to the shortest. Weights in a merged picture go by the square of the
+exposure, and must not vanish in single precision. The sun and what starlight shows are 44 stops
+apart."""
 _DISAGREE = 0.5  # stops between --times and EXIF
 
 
@@ -138,6 +146,7 @@ def planned(
             _require_agreement(names, exposures, np.asarray(noted))
     elif noted is not None:
         exposures, source = np.asarray(noted), "EXIF"
+        require_exposures(exposures, [f"the exposure of {name} by EXIF" for name in names])
         error = EXIF_ERROR if time_error is None else time_error
     elif kind == "auto":
         return _noise_alone(len(names), "noise, as the files tell no exposures")
@@ -233,12 +242,43 @@ def noted_exposures(settings: Sequence[CameraSettings]) -> list[float] | None:
 def _given(times: Sequence[float] | Sequence[str] | str, names: Sequence[Path]) -> Floats:
     exposures = np.asarray(times, dtype=np.float64)
     _require_one_each(exposures.size, len(names))
-    wrong = ~((exposures > 0) & np.isfinite(exposures))
-    if wrong.any():
-        place = int(wrong.argmax())
-        msg = f"the time of {names[place]} must be above 0, not {exposures[place]:g}"
-        raise ParameterError(msg)
+    require_exposures(exposures, [f"the time of {name}" for name in names])
     return exposures
+
+
+def require_exposures(exposures: Floats, names: Sequence[str]) -> None:
+    """Refuse exposures that no picture can have, or that single precision cannot hold.
+
+    Parameters
+    ----------
+    exposures : ndarray, shape (K,)
+    names : sequence of str
+        What each is called in messages.
+
+    Raises
+    ------
+    ParameterError
+        If an exposure is not above 0, not finite, or beyond `LEAST_EXPOSURE`, `MOST_EXPOSURE` or
+        `MOST_RATIO`.
+    """
+    for name, exposure in zip(names, exposures, strict=True):
+        if not 0 < exposure < math.inf:
+            msg = f"{name} must be above 0, not {exposure:g}"
+            raise ParameterError(msg)
+        if not LEAST_EXPOSURE <= exposure <= MOST_EXPOSURE:
+            msg = (
+                f"{name} must be between {LEAST_EXPOSURE:g} and {MOST_EXPOSURE:g}, not "
+                f"{exposure:g}: give times in seconds, or relative to one of the frames"
+            )
+            raise ParameterError(msg)
+    if exposures.max() > MOST_RATIO * exposures.min():
+        shortest, longest = int(exposures.argmin()), int(exposures.argmax())
+        msg = (
+            f"{names[longest]} is {exposures[longest]:g}, {names[shortest]} is "
+            f"{exposures[shortest]:g}: no scene spans the {math.log2(MOST_RATIO):.0f} stops that "
+            "they are more than apart; check the times"
+        )
+        raise ParameterError(msg)
 
 
 def _require_one_each(n_times: int, n_frames: int) -> None:

@@ -340,6 +340,8 @@ def test_unknown_exposures_are_refused(
     [
         ("1,2", "2 times were given for 3 frames"),
         ("1,0,4", "must be above 0, not 0"),
+        ("1e-40,2e-40,4e-40", "must be between 1e-18 and 1e+18, not 1e-40"),
+        ("1e308,1,1e-308", "must be between 1e-18 and 1e+18, not 1e+308"),
         ("1,2,1/0", "--times must be numbers or fractions"),
         ("1,2,nan", "--times must be numbers or fractions"),
         ("1,,2", "--times must be numbers or fractions"),
