@@ -403,9 +403,9 @@ def test_bloom_around_saturated_pixels_is_left_out_where_another_exposure_serves
 
 
 def test_bloom_is_used_where_nothing_else_serves() -> None:
-    frames = [frame([[255, 200]]), frame([[255, 255]])]
+    frames = [frame([[255, 200]] * 6), frame([[255, 255]] * 6)]
 
-    with_bloom = merge_frames(frames, (0.25, 1), camera(), bloom_radius=3)
+    with_bloom = merge_frames(frames, (0.25, 1), camera(), bloom_radius=1)
 
     assert with_bloom.values[0, 1, 0] == pytest.approx(4 * SRGB.inverse(200 / 255), rel=1e-3)
 
@@ -560,7 +560,8 @@ def test_progress_counts_frames_of_all_sweeps() -> None:
         (2, (1e-12, 1e12), {}, "no scene spans the 64 stops"),
         (2, (1, 0), {}, "exposure 2 must be above 0, not 0"),
         (2, (1, np.nan), {}, "exposure 2 must be above 0, not nan"),
-        (2, (1, 2), {"bloom_radius": -1}, "bloom radius must be 0 or more pixels, not -1"),
+        (2, (1, 2), {"bloom_radius": 99_999}, "bloom_radius must be between 0 and 0 pixels"),
+        (2, (1, 2), {"bloom_radius": -1}, "bloom_radius must be between 0 and 0 pixels, .* not -1"),
         (2, (1, 2), {"sweeps": 3}, "one or two sweeps, not 3"),
         (2, (1, 2), {"white": 0}, "white must be a level between 1 and 255, not 0"),
         (2, (1, 2), {"white": 256}, "white must be a level between 1 and 255, not 256"),

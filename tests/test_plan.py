@@ -172,6 +172,7 @@ def test_exposures_within_a_tenth_of_a_stop_are_one() -> None:
     [
         ({}, EXIF_ERROR),
         ({"time_error": 0.0}, 0.0),
+        ({"time_error": 1e-300}, 0.0),
         ({"time_error": 0.3}, 0.3),
         ({"times": [1, 4, 16]}, 0.0),
         ({"times": [1, 4, 16], "time_error": 0.1}, 0.1),
@@ -229,6 +230,7 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
         (SILENT, {"times": [1, math.nan, 2]}, ParameterError, f"{ZERO}, not nan"),
         (SILENT, {"times": [1, math.inf, 2]}, ParameterError, f"{ZERO}, not inf"),
         (BRACKET, {"time_error": -0.1}, ParameterError, "time_error must be a number, 0 or above"),
+        (BRACKET, {"time_error": 11.0}, ParameterError, "and at most 10, not 11.0"),
         (BRACKET, {"time_error": math.nan}, ParameterError, "time_error must be"),
         (BRACKET, {"time_error": math.inf}, ParameterError, "time_error must be"),
         (

@@ -23,6 +23,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from chartless.bloom import near_saturated
 from chartless.brightness_transfer import brightness_transfer
 from chartless.channels import planes_of, require_alike, require_mask
 from chartless.compression import JPEG_BLOCK, Blocks, former_blocks
@@ -145,7 +146,8 @@ def bracket_evidence(
     mask : ndarray of bool, shape (M, N), optional
         Only pixels where it is True are used.
     bloom_radius : int
-        Pixels around saturated ones that are left out of an exposure; 0 if not `aligned`.
+        Pixels around saturated ones that are left out of an exposure, at most half the smaller
+        side of a frame; 0 if not `aligned`.
     aligned : bool
         Whether a pixel sees the same spot in all frames. If not, levels are matched by their
         rank: the brightest tenth of one exposure is the brightest tenth of the other (Grossberg
@@ -159,7 +161,7 @@ def bracket_evidence(
     UnfitFramesError
         If there are fewer than two exposures, or the frames differ in more than exposure.
     ParameterError
-        If `channels`, `n_levels` or the mask does not suit the frames.
+        If `channels`, `n_levels`, `bloom_radius` or the mask does not suit the frames.
     """
     n_levels = min(n_levels, MOST_LEVELS)
     if bloom_radius > 0 and not aligned:
@@ -184,8 +186,8 @@ def bracket_evidence(
         blocks = history.blocks(frame)
         usable = np.broadcast_to(True, frame.levels.shape[:2]) if mask is None else mask
         white = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
-        if bloom_radius > 0:
-            usable = usable & ~_around(white, bloom_radius)
+        if bloom_radius != 0:
+            usable = usable & ~near_saturated(white, bloom_radius)
         samples.append(_sample(planes, n_levels, usable, blocks.touched(white)))
         if aligned and before:
             middle = list(planes)[len(planes) // 2]
@@ -353,13 +355,6 @@ def _require_one_curve(frame: Frame, channels: str) -> None:
         raise ParameterError(msg)
 
 
-def _around(white: Bools, radius: int) -> Bools:
-    """White pixels and those close to one, shape (M, N)."""
-    from scipy.ndimage import binary_dilation
-
-    return np.asarray(binary_dilation(white, _disc(radius)))
-
-
 def _sample(planes: dict[str, Levels], n_levels: int, usable: Bools, touched: Bools) -> _Sample:
     height, width = usable.shape
     excess = max(1.0, height * width / SAMPLE)
@@ -373,11 +368,6 @@ def _sample(planes: dict[str, Levels], n_levels: int, usable: Bools, touched: Bo
         touched[chosen].ravel(),
         _chroma([*levels.values()], n_levels),
     )
-
-
-def _disc(radius: int) -> Bools:
-    along = np.arange(-radius, radius + 1)
-    return np.asarray(along**2 + along[:, np.newaxis] ** 2 <= radius**2)
 
 
 def _chroma(planes: list[Levels], n_levels: int) -> Floats32:

@@ -42,8 +42,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import binary_dilation
 
+from chartless.bloom import near_saturated
 from chartless.calibration import Calibration
 from chartless.channels import require_alike
 from chartless.errors import ParameterError, UnfitFramesError
@@ -188,7 +188,7 @@ def merge_frames(
     >>> merge_frames(frames, (0.25, 1, 4), camera).values.ravel().round(2)
     array([0.02, 0.2 , 2.01], dtype=float32)
     """
-    times = _checked(frames, exposures, bloom_radius, sweeps)
+    times = _checked(frames, exposures, sweeps)
     relative = times / times.max()
     order = np.argsort(times, kind="stable")
     first = frames[int(order[0])]
@@ -228,17 +228,13 @@ def grey_factors(calibration: Calibration) -> Floats:
     return np.asarray(middle[middle.size // 2] / middle)
 
 
-def _checked(
-    frames: Sequence[Frame], exposures: Sequence[float] | Floats, bloom_radius: int, sweeps: int
-) -> Floats:
+def _checked(frames: Sequence[Frame], exposures: Sequence[float] | Floats, sweeps: int) -> Floats:
     times = np.asarray(exposures, dtype=np.float64)
     if len(frames) < 2:  # noqa: PLR2004 - exposures
         msg = f"{len(frames)} frame is no bracket: give two or more exposures of one scene"
         raise UnfitFramesError(msg)
     if times.shape != (len(frames),):
         msg = f"{times.size} exposures were given for {len(frames)} frames: give one for each"
-    elif bloom_radius < 0:
-        msg = f"the bloom radius must be 0 or more pixels, not {bloom_radius}"
     elif sweeps not in (1, 2):
         msg = f"there are one or two sweeps, not {sweeps}"
     else:
@@ -461,10 +457,7 @@ def _blooming(levels: Levels, tables: _Tables, radius: int) -> Bools | None:
     """Pixels close to a saturated one, shape (height, width)."""
     if radius == 0:
         return None
-    saturated = np.any(levels >= tables.whites, axis=-1)
-    along = np.arange(-radius, radius + 1)
-    disc = along**2 + along[:, np.newaxis] ** 2 <= radius**2
-    return np.asarray(binary_dilation(saturated, disc))
+    return near_saturated(np.any(levels >= tables.whites, axis=-1), radius)
 
 
 def _strips(height: int, width: int) -> Iterator[slice]:

@@ -36,6 +36,10 @@ MOST_RATIO = 2.0**64
 """Of the longest exposure to the shortest. Weights in a merged picture go by the square of the
 exposure, and must not vanish in single precision. The sun and what starlight shows are 44 stops
 apart."""
+MOST_ERROR = 10.0
+"""Of the relative error of exposures: more than `UNKNOWN_ERROR` says nothing else, and the
+likelihood's matrices lose their digits at 10⁸."""
+_EXACT = 1e-6  # relative error of exposures that is none
 _DISAGREE = 0.5  # stops between --times and EXIF
 
 
@@ -112,7 +116,8 @@ def planned(
         Relative exposure of each frame. Where the ratios are unknown, names for the exposures, the
         same for frames of the same one; "unknown" if all differ.
     time_error : float, optional
-        Relative error of the exposures; without, 0 for `times` and `EXIF_ERROR` for EXIF.
+        Relative error of the exposures, at most `MOST_ERROR`; without, 0 for `times` and
+        `EXIF_ERROR` for EXIF.
     kind : str
         One of `KINDS`.
 
@@ -123,7 +128,8 @@ def planned(
     UnfitFramesError
         If the frames have not what `kind` asks for.
     """
-    _require_sense(times, time_error, kind)
+    time_error = _checked_error(time_error)
+    _require_sense(times, kind)
     if not names:
         msg = "calibration needs two or more frames of the same still scene, none was given"
         raise UnfitFramesError(msg)
@@ -196,12 +202,21 @@ def _labelled(labels: Sequence[str]) -> Groups:
     return tuple(map(tuple, groups.values()))
 
 
-def _require_sense(times: Times, time_error: float | None, kind: str) -> None:
+def _checked_error(time_error: float | None) -> float | None:
+    if time_error is None:
+        return None
+    if not 0 <= time_error <= MOST_ERROR:
+        msg = (
+            f"time_error must be a number, 0 or above, and at most {MOST_ERROR:g}, not "
+            f"{time_error!r}: it is relative, 0.1 for 10 %"
+        )
+        raise ParameterError(msg)
+    return time_error if time_error >= _EXACT else 0.0
+
+
+def _require_sense(times: Times, kind: str) -> None:
     if kind not in KINDS:
         msg = f"evidence must be one of {', '.join(KINDS)}, not {kind!r}"
-        raise ParameterError(msg)
-    if time_error is not None and not 0 <= time_error < math.inf:
-        msg = f"time_error must be a number, 0 or above, not {time_error!r}"
         raise ParameterError(msg)
     if isinstance(times, str) and times != UNKNOWN:
         msg = f"times are numbers, names of exposures or {UNKNOWN!r}, not {times!r}"

@@ -406,6 +406,7 @@ def _read(
         **common,
         **bracket,
     )
+    _require_rest(exposures, bracket["bloom_radius"])
     flags, n_levels = screen_bracket(exposures), common["n_levels"]
     if not plan.noise:
         unread = [_unread(items[place], place) for group in plan.groups for place in group[1:]]
@@ -436,6 +437,18 @@ def _unread(item: str | os.PathLike[str] | Levels, place: int) -> FrameSource:
     from chartless.images import digest
 
     return FrameSource(Path(item), digest(Path(item)), (), n_used=0)
+
+
+def _require_rest(evidence: BracketEvidence, bloom_radius: int) -> None:
+    """Refuse a radius of bloom that takes away all of an exposure."""
+    counts = next(iter(evidence.histograms.values())).sum(axis=1)
+    if bloom_radius and not counts.all():
+        msg = (
+            f"{evidence.sources[int(counts.argmin())].path}: all pixels are within bloom_radius, "
+            f"{bloom_radius} pixels, of saturated ones: choose a smaller radius, or omit this "
+            "exposure"
+        )
+        raise UnfitFramesError(msg)
 
 
 def _read_raw(

@@ -383,7 +383,13 @@ def exif_of(kind: str) -> list[dict[str, Any]]:
         ("rising", ["--times", "1,2,4"], "EXIF exposure is 1.0 stops from --times"),
         ("rising", ["--time-error", "-1"], "time_error must be a number, 0 or above"),
         ("rising", ["--time-error", "nan"], "time_error must be a number"),
+        (
+            "rising",
+            ["--time-error", "1e300"],
+            "time_error must be a number, 0 or above, and at most",
+        ),
         ("rising", ["--bloom-radius", "-1"], "--bloom-radius"),
+        ("rising", ["--bloom-radius", "99999"], "bloom_radius must be between 0 and 48 pixels"),
         ("rising", ["--shared-noise", "--method", "debevec"], "leave --shared-noise away"),
         ("rising", ["--shared-noise"], "this is a bracket of 3 exposures, 1 to 16 by EXIF: leave"),
         ("same", ["--times", "1,1,1", "--evidence", "noise"], "leave --times or --evidence noise"),
@@ -400,6 +406,16 @@ def test_a_bracket_that_is_refused(
 
     assert message in line
     assert sorted(Path.cwd().iterdir()) == before
+
+
+def test_a_bloom_radius_that_leaves_nothing_of_an_exposure_is_refused(
+    bracket: Bracket, refusal: Refusal
+) -> None:
+    frames = bracket([1.0, 4.0, 160.0])
+
+    line = refusal("calibrate", *frames, "--times", "1,4,160", "--bloom-radius", "40")
+
+    assert line.startswith(f"{frames[2]}: all pixels are within bloom_radius, 40 pixels, of")
 
 
 def test_one_frame_is_no_bracket(bracket: Bracket, refusal: Refusal) -> None:

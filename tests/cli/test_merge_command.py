@@ -335,6 +335,18 @@ def test_unknown_exposures_are_refused(
     assert not (tmp_path / "merged.exr").exists()
 
 
+@pytest.mark.parametrize("radius", [25, 99_999])
+def test_a_bloom_radius_that_takes_most_of_the_picture_is_refused(
+    radius: int, bracket: Bracket, camera: Path, refusal: Refusal, tmp_path: Path
+) -> None:
+    output = tmp_path / "merged.exr"
+    line = refusal("merge", *bracket(), "-c", camera, "-o", output, "--bloom-radius", radius)
+
+    assert line.startswith("bloom_radius must be between 0 and 24 pixels, half the smaller side")
+    assert line.endswith(f"not {radius}")
+    assert not output.exists()
+
+
 @pytest.mark.parametrize(
     ("times", "message"),
     [
