@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from chartless.curves import named_curve
+from chartless.errors import ParameterError
 from chartless.flags import Flag
 from chartless.noise import AffineNoise
 from chartless.response import ExposureEstimate, Response, SeenTransfer, Status, rmse
@@ -86,3 +87,20 @@ def test_misfit_of_exposures_is_how_far_their_light_is_from_their_ratio(response
     assert misfit(exact, off) == pytest.approx(0.1)
     assert misfit(unseen) is None
     assert response.exposure_misfit is None
+
+
+def test_rmse_takes_responses_as_well_as_curves(response: Response):
+    srgb = named_curve("srgb")
+    expected = rmse(response.curve, srgb)
+
+    assert expected > 0.01
+    assert rmse(response, srgb) == rmse(srgb, response) == expected
+    assert rmse(response, response) == 0.0
+
+
+@pytest.mark.parametrize("wrong", ["srgb", None, np.linspace(0, 1, 256)])
+def test_rmse_says_what_it_takes(wrong: object, response: Response):
+    with pytest.raises(ParameterError, match=r"^truth must be a curve or a Response, such as"):
+        rmse(response, wrong)
+    with pytest.raises(ParameterError, match=r"^curve must be a curve or a Response"):
+        rmse(wrong, response)

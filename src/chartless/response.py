@@ -7,6 +7,7 @@ import numpy as np
 
 from chartless.cooccurrence import Cooccurrence
 from chartless.curves import AbstractCurve
+from chartless.errors import ParameterError
 from chartless.flags import Flag, Pattern
 from chartless.models import UNIFORM_IRRADIANCE
 from chartless.noise import AffineNoise
@@ -262,10 +263,41 @@ class Response:
         return replace(self, flags=tuple(flag for flag in Flag if flag in held))
 
 
-def rmse(curve: AbstractCurve, truth: AbstractCurve) -> float:
+def rmse(curve: AbstractCurve | Response, truth: AbstractCurve | Response) -> float:
     """Root of the mean squared difference of two responses over 1024 irradiances.
 
     The measure of the source paper; brightness runs from 0 to 1.
+
+    Parameters
+    ----------
+    curve, truth : AbstractCurve or Response
+        Of a `Response`, such as ``calibration.channel("G")``, its curve is taken.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ParameterError
+        If either is something else.
+
+    Examples
+    --------
+    >>> from chartless import named_curve, rmse
+    >>> round(rmse(named_curve("srgb"), named_curve("gamma:0.45")), 3)
+    0.006
     """
-    difference = curve.response(UNIFORM_IRRADIANCE) - truth.response(UNIFORM_IRRADIANCE)
+    difference = _brightness("curve", curve) - _brightness("truth", truth)
     return float(np.sqrt(np.mean(difference**2)))
+
+
+def _brightness(name: str, given: AbstractCurve | Response) -> Floats:
+    curve = given.curve if isinstance(given, Response) else given
+    if not isinstance(curve, AbstractCurve):
+        msg = (
+            f"{name} must be a curve or a Response, such as named_curve('srgb') or "
+            f"calibration.channel('G'), not {type(curve).__name__}"
+        )
+        raise ParameterError(msg)
+    return curve.response(UNIFORM_IRRADIANCE)
