@@ -26,6 +26,7 @@ from chartless.errors import (
 from chartless.images import write_image
 
 Levels = npt.NDArray[Any]
+ONE_ARRAY = "frames must be a list of files or arrays, not one array of shape"
 QUICK: dict[str, Any] = {"method": "ism-bin", "n_levels": 32, "rounds": 1}
 
 
@@ -386,3 +387,50 @@ def test_a_bracket_of_few_pixels_is_right_within_its_band(n_pixels: int) -> None
     away = (response.inverse_lut - truth)[1:-1] / response.inverse_lut_std[1:-1]
     assert np.mean(np.abs(away) < 2) > 0.9
     assert np.abs(away[-16:]).max() < 2
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("a.jpg", "frames must be a list of files or arrays, not one string: write ['a.jpg']"),
+        (Path("a.jpg"), "frames must be a list of files or arrays, not one path: write ['a.jpg']"),
+        (b"a.jpg", "frames must be a list of files or arrays, not one string: write [b'a.jpg']"),
+        (
+            np.zeros((40, 30), np.uint8),
+            f"{ONE_ARRAY} (40, 30): write [first, second]",
+        ),
+        (
+            np.zeros((40, 30, 3), np.uint8),
+            f"{ONE_ARRAY} (40, 30, 3): write [first, second]",
+        ),
+        (None, "frames must be a list of files or arrays, not NoneType"),
+        (7, "frames must be a list of files or arrays, not int"),
+        (["a.jpg", 7], "frames[1] must be the name of a file or an array of levels, not int"),
+    ],
+)
+def test_one_file_or_picture_is_no_list_of_frames(given: Any, message: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        calibrate(given)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("name", ["dark", "raw"])
+def test_one_file_is_no_list_of_others(name: str, paths: list[Path]) -> None:
+    with pytest.raises(ParameterError, match=rf"^{name} must be a list .* not one string"):
+        calibrate(paths, **{name: str(paths[0])})
+    with pytest.raises(ParameterError, match=rf"^{name} must be a list .* not one array"):
+        calibrate(paths, **{name: np.zeros((40, 30), np.uint8)})
+
+
+def test_a_stack_of_frames_and_a_generator_are_lists(frames: list[Levels]) -> None:
+    listed = to_json(calibrate(frames, **QUICK))["channels"]
+
+    assert to_json(calibrate(np.stack(frames), **QUICK))["channels"] == listed
+    assert to_json(calibrate((each for each in frames), **QUICK))["channels"] == listed
+
+
+def test_what_is_no_mask_or_raw_file_is_named(frames: list[Levels], paths: list[Path]) -> None:
+    with pytest.raises(ParameterError, match="mask must be the name of a file or an array"):
+        calibrate(frames, mask=[[True]])
+    with pytest.raises(ParameterError, match="matched by their names: give files, not arrays"):
+        calibrate(paths, raw=frames)

@@ -1,6 +1,5 @@
 """From frames to a calibration in one call: what the command line and scripts use."""
 
-import hashlib
 import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -23,6 +22,7 @@ from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
 from chartless.flags import Flag
 from chartless.frame import CameraSettings, Frame, FrameSource, RawPicture
 from chartless.models import MODELS
+from chartless.pictures import array_frame, listed
 from chartless.plan import Plan, Times, planned
 from chartless.provenance import provenance
 from chartless.raw_blocks import RawEvidence, raw_evidence
@@ -72,7 +72,8 @@ def calibrate(
     frames : sequence of paths or of ndarray of uint8 or uint16
         Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files are
         read in order; two are in memory at a time, and two more that are decoded ahead.
-        Or one video, of which the longest still part is used (see `chartless.still`).
+        Or one video, ``["clip.mp4"]``, of which the longest still part is used (see
+        `chartless.still`). An array of shape (K, M, N) or (K, M, N, 3) is a sequence of K frames.
     model : str, optional
         Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
         curve at all (likelihood, nlf, raw) or ameegc2-exact (ism-bin, ism-sampled).
@@ -140,6 +141,7 @@ def calibrate(
     >>> abs(calibration.channel("Y").curve.response(0.18) - 0.46) < 0.05
     np.True_
     """
+    frames, dark, raw = listed("frames", frames), listed("dark", dark), listed("raw", raw)
     if method is None:
         method = RAW_METHOD if raw else DEFAULT_METHOD
     calibrator = _calibrator(method, model, settings)
@@ -482,7 +484,7 @@ def _paired(
 ) -> list[tuple[Path, Path]]:
     """Pictures with their raw files, by name; a single one of each belong together anyway."""
     paths = [Path(item) for item in items if not isinstance(item, np.ndarray)]
-    if len(paths) < len(items):
+    if len(paths) < len(items) or any(map(_is_array, raw)):
         msg = "pictures and raw files are matched by their names: give files, not arrays"
         raise ParameterError(msg)
     if len(paths) == len(raw) == 1:
@@ -592,7 +594,7 @@ def _frames(items: Sequence[str | os.PathLike[str] | Levels]) -> Iterator[Frame]
 
     def frame(number: int, item: str | os.PathLike[str] | Levels) -> Frame:
         if isinstance(item, np.ndarray):
-            return _array_frame(item, number)
+            return array_frame(item, number)
         from chartless.images import read_frame
 
         return read_frame(item, raw=True)
@@ -615,20 +617,6 @@ def _dark_frames(
                 yield from (frame for _, frame in itertools.islice(video, ENOUGH))
 
 
-def _array_frame(levels: Levels, number: int) -> Frame:
-    name = Path(f"frame {number}")
-    if levels.dtype not in (np.uint8, np.uint16):
-        msg = f"{name}: levels must be uint8 or uint16, not {levels.dtype}"
-        raise ParameterError(msg)
-    if levels.ndim == 2:  # noqa: PLR2004 - (M, N)
-        levels = levels[..., np.newaxis]
-    if levels.ndim != 3 or levels.shape[-1] not in (1, 3) or levels.size == 0:  # noqa: PLR2004
-        msg = f"{name}: a picture has the shape (M, N) or (M, N, 3), not {levels.shape}"
-        raise ParameterError(msg)
-    digest = hashlib.sha256(levels.tobytes()).hexdigest()
-    return Frame(name, levels.copy(order="C"), sha256=digest)
-
-
 def _read_mask(
     mask: str | os.PathLike[str] | npt.NDArray[np.bool_] | None,
 ) -> npt.NDArray[np.bool_] | None:
@@ -639,6 +627,9 @@ def _read_mask(
             msg = f"a mask has the shape (M, N) of the frames, not {mask.shape}"
             raise ParameterError(msg)
         return mask.astype(bool)
+    if not isinstance(mask, str | os.PathLike):
+        msg = f"mask must be the name of a file or an array, not {type(mask).__name__}"
+        raise ParameterError(msg)
     from chartless.images import read_frame
 
     kept: npt.NDArray[np.bool_] = np.any(read_frame(Path(mask)).levels, axis=-1)
