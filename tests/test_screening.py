@@ -24,7 +24,9 @@ from chartless.screening import (
     check_pair,
     covered_levels,
     empty_share,
+    resemblance,
     screen,
+    unfit,
 )
 from chartless.simulate import simulate_frames
 
@@ -392,3 +394,36 @@ def test_what_is_made_up_for_does_not_count_as_patches() -> None:
     assert raw.patch_share > 0.5
     assert check.patch_share < 0.1
     assert check.neighbour_correlation < 0.15
+
+
+# One scene or two
+
+
+def test_resemblance_is_the_correlation_of_the_levels() -> None:
+    first, second = pair(soft(), np.roll(soft(), 9, axis=1), floor=200.0)
+    table = Cooccurrence.of_pair(first, second)
+
+    expected = np.corrcoef(first.ravel().astype(float), second.ravel().astype(float))[0, 1]
+    assert 0.3 < expected < 0.9
+    assert resemblance(table) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("slope", [0.03, 3.0])
+def test_frames_of_one_scene_resemble_each_other_in_any_noise(slope: float) -> None:
+    first, second = pair(soft(), soft(), slope=slope, floor=100.0)
+
+    assert resemblance(Cooccurrence.of_pair(first, second)) > 0.7
+
+
+def test_dark_frames_need_not_resemble_each_other() -> None:
+    dark = np.random.default_rng(0).integers(0, 30, (2, 64, 64)).astype(np.uint8)
+
+    assert resemblance(Cooccurrence.of_pair(*dark)) == 1.0
+
+
+def test_frames_of_two_scenes_are_unfit() -> None:
+    check = PairCheck(0.0, 0.0, 0.0, 0.0, resemblance=0.04)
+
+    reason = unfit(check)
+    assert reason is not None
+    assert reason.startswith(" have hardly anything in common (correlation 0.04)")

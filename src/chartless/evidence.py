@@ -24,7 +24,14 @@ from chartless.drift import Drift, compensated, estimated_drift
 from chartless.errors import UnfitFramesError
 from chartless.frame import Frame, FrameSource
 from chartless.outliers import outlying
-from chartless.screening import EMPTY, PairCheck, channel_correlation, check_pair, empty_share
+from chartless.screening import (
+    EMPTY,
+    PairCheck,
+    channel_correlation,
+    check_pair,
+    empty_share,
+    resemblance,
+)
 from chartless.types import Bools, Counts, Levels
 
 _DARKEST = 0.25  # of the range: steep curves lift the noise of black
@@ -197,6 +204,7 @@ def compare_pair(
         outliers=float(tables[middle].counts[far].sum() / max(1, tables[middle].n_pairs)),
         drift=most,
         drift_share=share,
+        resemblance=resemblance(tables[middle]),
     )
     for name, drift in drifts.items():
         if drift is not None and drift.is_small:

@@ -34,6 +34,11 @@ CORRELATED = 0.15
 """Correlation of noise, of neighbours or channels, above which it is flagged; raw has 0."""
 MOST_MOVERS = 0.1
 """Share of pixels that changed far more than noise explains, above which frames are refused."""
+LEAST_RESEMBLANCE = 0.25
+"""Correlation of the levels of two frames below which they show no common scene, and are refused.
+
+Of 153 pairs of different photographs, those that every other check lets pass have 0.05 at most;
+here noise has three times the variance of the scene."""
 EMPTY = 0.04
 """Share of levels never used between used ones, above which it is flagged."""
 LEAST_COVERAGE = 0.25
@@ -77,6 +82,8 @@ class PairCheck:
     """Change of brightness relative to the level, in the channel where it is largest."""
     drift_share: float = 0.0
     """Share explained by that change."""
+    resemblance: float = 1.0
+    """Correlation of the levels of the frames, see `resemblance`."""
 
 
 def check_pair(
@@ -192,6 +199,28 @@ def empty_share(table: Cooccurrence) -> float:
     return n_empty / max(1, int(np.count_nonzero(counted)))
 
 
+def resemblance(table: Cooccurrence) -> float:
+    """Correlation of the levels that the pixels of one frame and of the next have.
+
+    Frames of one still scene have the scene's share of the variance, and different scenes 0, more
+    or less. Where the levels cover too little, as those of a dark frame do, it is 1: noise is all
+    that there is to see.
+    """
+    low, high = covered_levels(table)
+    if high - low < LEAST_COVERAGE * (table.n_levels - 1):
+        return 1.0
+    level = np.arange(table.n_levels)
+    n_pixels = float(table.n_pairs)
+    earlier, later = table.counts.sum(axis=1), table.counts.sum(axis=0)
+    means = earlier @ level / n_pixels, later @ level / n_pixels
+    products = float(level @ (table.counts @ level)) / n_pixels - means[0] * means[1]
+    variances = [
+        float(each @ (level - mean) ** 2) / n_pixels
+        for each, mean in zip((earlier, later), means, strict=True)
+    ]
+    return float(products / max(np.sqrt(variances[0] * variances[1]), 1e-9))
+
+
 def _bands(frame: Levels | npt.NDArray[np.bool_]) -> Floats32:
     """Bands of 32 rows, evenly spread, of at most half a million pixels: shape (B, 32, N).
 
@@ -292,6 +321,11 @@ def unfit(check: PairCheck) -> str | None:
         return (
             f" differ in large patches ({check.patch_share:.0%} of their difference): "
             "something moved or the light changed; photograph a still scene in steady light"
+        )
+    if check.resemblance < LEAST_RESEMBLANCE:
+        return (
+            f" have hardly anything in common (correlation {round(check.resemblance, 2) + 0.0:.2f}): they show "
+            "different scenes, or noise hides the scene; photograph one still scene in more light"
         )
     return None
 

@@ -110,6 +110,21 @@ def test_frames_of_different_shape(
     assert str(second) in line
 
 
+@pytest.mark.parametrize("n_frames", [2, 3])
+def test_frames_of_random_levels_are_refused_at_once(
+    n_frames: int, shoot: Shoot, refusal: Refusal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They have no displacement, drift or patches; their search took most of a minute."""
+    monkeypatch.setattr("chartless.calibrators.LikelihoodSearch.calibrate", pytest.fail)
+    levels = np.random.default_rng(0).integers(0, 256, (n_frames, 64, 64, 3)).astype(np.uint8)
+    files = [shoot.write(f"{place}.png", each) for place, each in enumerate(levels)]
+
+    line = refusal("calibrate", *files, "--evidence", "noise")
+
+    assert line.startswith("frames 1 and 2 have hardly anything in common (correlation 0.0")
+    assert "they show different scenes" in line
+
+
 def test_frames_of_different_depth(shoot: Shoot, refusal: Refusal) -> None:
     (first,) = shoot(n_frames=1)
     (second,) = shoot(name="deep", n_frames=1, bit_depth=16)
