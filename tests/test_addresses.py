@@ -1,6 +1,7 @@
 """Addresses on the internet where a file is asked for."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -50,6 +51,14 @@ def test_whatever_reads_a_file_says_that_an_address_is_none() -> None:
             assert str(caught.value) == (
                 f"{address}: is an address, not a file: download it and give the name of the file"
             )
+
+
+@pytest.mark.parametrize("reader", [load, load_calibration, read_curve])
+def test_a_file_that_is_none_comes_with_advice(reader: Any, tmp_path: Path) -> None:
+    with pytest.raises(ChartlessError, match=r"Is a directory: name a file in it$"):
+        reader(tmp_path)
+    with pytest.raises(ChartlessError, match=r"No such file or directory: check the name$"):
+        reader(tmp_path / "missing.csv")
 
 
 @pytest.mark.parametrize("writer", [require_writable, make_folder])

@@ -1,4 +1,4 @@
-"""Addresses on the internet where a file is asked for."""
+"""Addresses and folders where a file is asked for."""
 
 import os
 import re
@@ -24,3 +24,17 @@ def address_in(path: str | os.PathLike[str]) -> str | None:
     if found is None or Path(path).exists():
         return None
     return f"{found[1]}://{name[found.end() :]}"
+
+
+def why_unreadable(path: str | os.PathLike[str], error: OSError, *, kind: str = "") -> str:
+    """One line about a file that cannot be read, as a text file if that is its `kind`."""
+    address = address_in(path)
+    if address is not None:
+        return f"{address}: {NOT_A_FILE}"
+    remedy = ""
+    if isinstance(error, IsADirectoryError):
+        remedy = ": name a file in it"
+    elif isinstance(error, FileNotFoundError):
+        remedy = ": check the name"
+    what = f" as a {kind}" if kind else ""
+    return f"{os.fspath(path)}: cannot be read{what}: {error.strerror or error}{remedy}"

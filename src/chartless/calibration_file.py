@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from chartless._addresses import NOT_A_FILE, address_in
+from chartless._addresses import why_unreadable
 from chartless._files import write_text
 from chartless.calibration import Calibration
 from chartless.cooccurrence import MAX_LEVELS, MIN_LEVELS, Cooccurrence
@@ -91,10 +91,7 @@ def load(path: str | os.PathLike[str]) -> Calibration:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        address = address_in(path)
-        what = f"{path}: cannot be read: {error.strerror or error}"
-        msg = what if address is None else f"{address}: {NOT_A_FILE}"
-        raise CalibrationFileError(msg) from error
+        raise CalibrationFileError(why_unreadable(path, error)) from error
     except (ValueError, RecursionError) as error:
         msg = (
             f"{path}: not a calibration file: not JSON; give a file that calibrate -o wrote, or a "

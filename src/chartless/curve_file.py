@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chartless._addresses import NOT_A_FILE, address_in
+from chartless._addresses import why_unreadable
 from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
 from chartless.types import Floats
@@ -60,10 +60,10 @@ def read_samples(path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        address = address_in(path)
-        what = f"{path}: cannot be read as a text file: {getattr(error, 'strerror', error)}"
-        msg = what if address is None else f"{address}: {NOT_A_FILE}"
+    except OSError as error:
+        raise ParameterError(why_unreadable(path, error, kind="text file")) from error
+    except UnicodeDecodeError as error:
+        msg = f"{path}: cannot be read as a text file: {error}"
         raise ParameterError(msg) from error
     try:
         samples = _from_json(text) if path.suffix.lower() == ".json" else samples_of(text)

@@ -289,13 +289,15 @@ def test_a_file_that_is_missing(tmp_path: Path, refusal: Refusal) -> None:
 
     line = refusal("fit", curve, "--json")
 
-    assert line == f"{curve}: cannot be read as a text file: No such file or directory"
+    assert (
+        line == f"{curve}: cannot be read as a text file: No such file or directory: check the name"
+    )
 
 
 def test_a_folder(tmp_path: Path, refusal: Refusal) -> None:
     line = refusal("fit", tmp_path)
 
-    assert line == f"{tmp_path}: cannot be read as a text file: Is a directory"
+    assert line == f"{tmp_path}: cannot be read as a text file: Is a directory: name a file in it"
 
 
 @pytest.mark.parametrize("content", [b"\x89PNG\r\n\x1a\n\xff\xfe", bytes(range(128)) * 4])

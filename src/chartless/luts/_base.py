@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from chartless._addresses import NOT_A_FILE, address_in
+from chartless._addresses import why_unreadable
 from chartless._registry import Registry
 from chartless.calibration import Calibration
 from chartless.errors import CalibrationFileError, ParameterError
@@ -80,10 +80,7 @@ class Source:
             with path.open("rb") as file:
                 content = file.read(MOST_BYTES + 1)
         except OSError as error:
-            address = address_in(path)
-            what = f"{path}: cannot be read: {error.strerror or error}"
-            msg = what if address is None else f"{address}: {NOT_A_FILE}"
-            raise CalibrationFileError(msg) from error
+            raise CalibrationFileError(why_unreadable(path, error)) from error
         if len(content) > MOST_BYTES:
             msg = f"{path}: is larger than any response curve: give the file that holds it alone"
             raise CalibrationFileError(msg)
