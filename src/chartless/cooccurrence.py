@@ -208,14 +208,19 @@ def level_table(white: int, n_levels: int) -> Levels:
     ParameterError
         If `n_levels` is out of range.
     """
-    size = white + 1
-    if not MIN_LEVELS <= n_levels <= min(size, MAX_LEVELS):
-        msg = (
-            f"levels must lie between {MIN_LEVELS} and {min(size, MAX_LEVELS)} "
-            f"for {white.bit_length()}-bit frames, not {n_levels}"
-        )
-        raise ParameterError(msg)
-    reduced = (np.arange(size, dtype=np.int64) * (n_levels - 1) * 2 + white) // (2 * white)
+    require_levels(white, n_levels)
+    reduced = (np.arange(white + 1, dtype=np.int64) * (n_levels - 1) * 2 + white) // (2 * white)
     if n_levels <= 256:  # noqa: PLR2004 - a byte's values
         return reduced.astype(np.uint8)
     return reduced.astype(np.uint16)
+
+
+def require_levels(white: int, n_levels: int) -> None:
+    """Raise `ParameterError` if frames with such a white have no such number of levels."""
+    most = min(white + 1, MAX_LEVELS)
+    if not MIN_LEVELS <= n_levels <= most:
+        msg = (
+            f"levels must lie between {MIN_LEVELS} and {most} for {white.bit_length()}-bit frames, "
+            f"not {n_levels}"
+        )
+        raise ParameterError(msg)

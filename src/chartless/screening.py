@@ -324,8 +324,9 @@ def unfit(check: PairCheck) -> str | None:
         )
     if check.resemblance < LEAST_RESEMBLANCE:
         return (
-            f" have hardly anything in common (correlation {round(check.resemblance, 2) + 0.0:.2f}): they show "
-            "different scenes, or noise hides the scene; photograph one still scene in more light"
+            f" have hardly anything in common (correlation {max(check.resemblance, 0):.2f}): they "
+            "show different scenes, or noise hides the scene; photograph one still scene in more "
+            "light"
         )
     return None
 

@@ -16,6 +16,7 @@ from chartless._threads import in_order, one_blas_thread
 from chartless.bracket_screening import exposure_rows, screen_bracket
 from chartless.calibration import Calibration
 from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
+from chartless.cooccurrence import require_levels
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
 from chartless.evidence import NoiseEvidence, dark_histograms, joined, noise_evidence
 from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
@@ -408,6 +409,7 @@ def _read(
         **common,
         **bracket,
     )
+    require_levels((1 << exposures.bit_depth) - 1, common["n_levels"])
     _require_rest(exposures, bracket["bloom_radius"])
     flags, n_levels = screen_bracket(exposures), common["n_levels"]
     if not plan.noise:
@@ -472,6 +474,7 @@ def _read_raw(
 
     n_levels = common["n_levels"]
     evidence = raw_evidence(shots(), **{**common, "n_levels": min(n_levels, MOST_LEVELS)})
+    require_levels((1 << evidence.bit_depth) - 1, n_levels)
     reason = "a raw file beside its picture"
     if len(pairs) > 1:
         reason = f"{len(pairs)} raw files beside their pictures"

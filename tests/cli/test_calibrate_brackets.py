@@ -388,6 +388,7 @@ def exif_of(kind: str) -> list[dict[str, Any]]:
             ["--time-error", "1e300"],
             "time_error must be a number, 0 or above, and at most",
         ),
+        ("rising", ["--levels", "99999999"], "levels must lie between 16 and 256 for 8-bit frames"),
         ("rising", ["--bloom-radius", "-1"], "--bloom-radius"),
         ("rising", ["--bloom-radius", "99999"], "bloom_radius must be between 0 and 48 pixels"),
         ("rising", ["--shared-noise", "--method", "debevec"], "leave --shared-noise away"),
