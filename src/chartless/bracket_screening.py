@@ -15,6 +15,11 @@ MOST_CLIPPED = 0.995
 LEAST_OVERLAP, GOOD_OVERLAP = 0.002, 0.05
 """Share of pixels that two neighbouring exposures must show between black and white: below the
 first they are refused, below the second flagged."""
+MOST_DISPLACED = 10.0
+"""Pixels by which neighbouring exposures may be displaced if compared pixel by pixel."""
+SOME_UNALIGNED, MOST_UNALIGNED = 0.02, 0.1
+"""Displacement as a share of the larger side above which exposures matched by rank are flagged,
+and refused."""
 _DARKER = 0.7  # of the mean level of the shorter exposure
 # Change of ln of the mean level by that of ln of the exposure: 0.36 … 1.6 in measured and simulated
 # brackets, within 0.02 of 0 in frames of one exposure that are said to be of two.
@@ -37,6 +42,7 @@ def screen_bracket(evidence: BracketEvidence) -> dict[str, tuple[Flag, ...]]:
     """
     for counts in evidence.histograms.values():
         _require_light(evidence, counts)
+    _require_one_scene(evidence)
     _require_order(evidence)
     _require_overlap(evidence)
     common = _doubts(evidence)
@@ -68,8 +74,7 @@ def exposure_rows(evidence: BracketEvidence) -> list[JsonObject]:
     total = np.maximum(counts.sum(axis=1), 1)
     relative = np.exp(evidence.log_exposures - evidence.log_exposures.min())
     following = [*evidence.overlaps, None]
-    shifts = [*(check.displacement for check in evidence.checks), None]
-    shifts += [None] * (len(following) - len(shifts))
+    shifts = [*(_displacement(evidence, place) for place in range(len(evidence.overlaps))), None]
     return [
         {
             "file": str(source.path),
@@ -94,6 +99,36 @@ def _require_light(evidence: BracketEvidence, counts: Counts) -> None:
             f"show something; give {other} ones"
         )
         raise UnfitFramesError(msg)
+
+
+def _require_one_scene(evidence: BracketEvidence) -> None:
+    """Refuse different scenes, and exposures too far displaced to be compared."""
+    scenes = evidence.scenes
+    if scenes is None:
+        return
+    strangers = scenes.strangers()
+    if strangers is not None:
+        one, other = (evidence.sources[place].path for place in strangers)
+        msg = f"{one} and {other} do not show the same scene: give exposures of one scene"
+        raise UnfitFramesError(msg)
+    most = MOST_DISPLACED if evidence.aligned else MOST_UNALIGNED * scenes.width
+    for place, (source, following) in enumerate(pairwise(evidence.sources)):
+        displacement = scenes.displacement(place, place + 1)
+        if displacement > most:
+            msg = f"{source.path} and {following.path} are displaced by {displacement:.0f} pixels: "
+            msg += (
+                "use a tripod, align the frames first, or use unaligned matching (aligned=False)"
+                if evidence.aligned
+                else "give exposures that show the same part of the scene"
+            )
+            raise UnfitFramesError(msg)
+
+
+def _displacement(evidence: BracketEvidence, place: int) -> float | None:
+    """Displacement of an exposure and the next, in pixels; None if not measured."""
+    if evidence.scenes is not None:
+        return evidence.scenes.displacement(place, place + 1)
+    return evidence.checks[place].displacement if evidence.checks else None
 
 
 def _require_order(evidence: BracketEvidence) -> None:
@@ -133,9 +168,12 @@ def _require_overlap(evidence: BracketEvidence) -> None:
 
 
 def _doubts(evidence: BracketEvidence) -> list[Flag]:
-    moved = any(
-        check.displacement > _MOVED or check.displacement_share > 2 * SUSPICIOUS
-        for check in evidence.checks
+    shifts = [_displacement(evidence, place) or 0.0 for place in range(len(evidence.overlaps))]
+    few = _MOVED
+    if not evidence.aligned and evidence.scenes is not None:
+        few = SOME_UNALIGNED * evidence.scenes.width
+    moved = max(shifts) > few or any(
+        check.displacement_share > 2 * SUSPICIOUS for check in evidence.checks
     )
     doubts = (
         (Flag.MOTION, moved),

@@ -31,6 +31,7 @@ from chartless.errors import ParameterError, UnfitFramesError
 from chartless.exposure_likelihood import Comparagram, ExposureCounts
 from chartless.frame import Frame, FrameSource
 from chartless.log_slopes import irradiance_at_edges, measured_prior
+from chartless.same_scene import Glimpse, SceneChain, chained, glimpse
 from chartless.screening import PairCheck, check_pair
 from chartless.types import Bools, Counts, Floats, Floats32, Levels
 
@@ -55,6 +56,7 @@ _APART = (1, 2, 3)  # steps of exposure between those that are compared
 _SAME_RATIO = 1e-3  # relative
 _DARK, _BRIGHT = 0.08, 0.96  # levels from which the cast of the light is read
 _LEAST_CAST = 100  # pixels
+_DIM, _GROUPS, _ENOUGH = 8, 2, 100  # level above black; groups in a stop; pixels of a group
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,12 +79,16 @@ class BracketEvidence:
     white_error: float
     """See `ExposureCounts.white_error`."""
     brightenings: tuple[float, ...]
-    """ln of the mean level of such pixels in the next exposure over that in an exposure; 0 if there
-    are none."""
+    """ln of the level of such pixels in the next exposure over that in an exposure, where that
+    differs most; NaN if there are too few."""
     bit_depth: int
     """Of the frames as read."""
     sources: tuple[FrameSource, ...]
     """One for each exposure, in the order given."""
+    scenes: SceneChain | None = None
+    """Whether exposures show one scene and how far they are displaced; None if not compared."""
+    aligned: bool = True
+    """Whether levels were compared pixel by pixel."""
 
     def held_at(self, log_exposures: Floats) -> "BracketEvidence":
         """Return the same evidence with other exposures that count as exact."""
@@ -174,6 +180,7 @@ def bracket_evidence(
     samples: list[_Sample] = []
     sources: list[FrameSource] = []
     checks: list[PairCheck] = []
+    glimpses: list[Glimpse] = []
     before: dict[str, Levels] = {}
     first: Frame | None = None
     for frame in frames:
@@ -189,8 +196,9 @@ def bracket_evidence(
         if bloom_radius != 0:
             usable = usable & ~near_saturated(white, bloom_radius)
         samples.append(_sample(planes, n_levels, usable, blocks.touched(white)))
+        middle = list(planes)[len(planes) // 2]
+        glimpses.append(glimpse(planes[middle], n_levels - 1, mask))
         if aligned and before:
-            middle = list(planes)[len(planes) // 2]
             one, other = (sample.levels[middle] for sample in samples[-2:])
             follows = _followed(one, other, n_levels)
             checks.append(check_pair(before[middle], planes[middle], mask, follows=follows))
@@ -235,6 +243,8 @@ def bracket_evidence(
         brightenings=_brightenings(samples, inner),
         bit_depth=first.bit_depth,
         sources=tuple(sources),
+        scenes=chained(glimpses),
+        aligned=aligned,
     )
 
 
@@ -254,12 +264,36 @@ def _overlaps(samples: list[_Sample], inner: list[Bools]) -> tuple[float, ...]:
 
 
 def _brightenings(samples: list[_Sample], inner: list[Bools]) -> tuple[float, ...]:
-    rises = []
-    for pair, (a, b) in zip(pairwise(samples), pairwise(inner), strict=True):
-        both = a & b
-        before, after = (sum(int(v[both].sum()) for v in each.levels.values()) for each in pair)
-        rises.append(float(np.log(after / before)) if before else 0.0)
-    return tuple(rises)
+    return tuple(
+        _brightening(
+            *(np.concatenate([levels[a & b] for levels in each.levels.values()]) for each in pair)
+        )
+        for pair, (a, b) in zip(pairwise(samples), pairwise(inner), strict=True)
+    )
+
+
+def _brightening(before: Levels, after: Levels) -> float:
+    """Ln of the rise of levels, of those that rise or fall most; NaN if there are too few.
+
+    Pixels are grouped by the sum of both levels, so that noise moves none to a group for having
+    risen. A hard shoulder hides the rise in some groups, not in all.
+    """
+    one, other = before.astype(np.float64), after.astype(np.float64)
+    shown = one + other >= 2 * _DIM
+    group = np.log2((one + other)[shown] / _DIM) * _GROUPS
+    rise = np.log(other[shown] / one[shown])
+    found = math.nan
+    for own in range(int(group.max(initial=0.0)) + 1):
+        rises = rise[group.astype(np.intp) == own]
+        if rises.size < _ENOUGH:
+            continue
+        middle = float(np.median(rises))
+        # Deviation of a median of Gaussian values, √(π/2) that of a mean, from theirs by 1.4826.
+        spread = 1.4826 * float(np.median(np.abs(rises - middle)))
+        sure = max(abs(middle) - 2 * (np.pi / 2 / rises.size) ** 0.5 * spread, 0.0)
+        if math.isnan(found) or sure > abs(found):
+            found = math.copysign(sure, middle)
+    return found
 
 
 def _guessed(samples: list[_Sample], inner: list[Bools], n_levels: int) -> Floats:
