@@ -24,6 +24,7 @@ from chartless.drift import Drift, compensated, estimated_drift
 from chartless.errors import UnfitFramesError
 from chartless.frame import Frame, FrameSource
 from chartless.outliers import outlying
+from chartless.same_scene import compare_scenes, glimpse
 from chartless.screening import (
     EMPTY,
     PairCheck,
@@ -31,6 +32,7 @@ from chartless.screening import (
     check_pair,
     empty_share,
     resemblance,
+    unfit,
 )
 from chartless.types import Bools, Counts, Levels
 
@@ -114,6 +116,8 @@ def noise_evidence(
             pairs, check = compare_pair(before[1], planes, n_levels, mask)
             for name, pair in pairs.items():
                 tables[name] = tables[name] + pair if name in tables else pair
+            if unfit(check) is not None:
+                check = _explained(check, before[1], planes, n_levels, mask)
             checks.append(check)
         before = frame, planes
         sources.append(frame.source)
@@ -210,6 +214,23 @@ def compare_pair(
         if drift is not None and drift.is_small:
             tables[name] = compensated(tables[name], drift)
     return tables, check
+
+
+def _explained(
+    check: PairCheck,
+    first: dict[str, Levels],
+    second: dict[str, Levels],
+    n_levels: int,
+    mask: Bools | None,
+) -> PairCheck:
+    """Look whether frames that are unfit show one scene, and how far they are displaced."""
+    middle = list(second)[len(second) // 2]
+    match = compare_scenes(
+        *(glimpse(planes[middle], n_levels - 1, mask) for planes in (first, second))
+    )
+    # Up to a pixel, least squares of the difference are the better measure.
+    displacement = match.displacement if match.displacement > 1 else check.displacement
+    return replace(check, one_scene=match.one_scene, displacement=displacement)
 
 
 def dark_histograms(

@@ -51,6 +51,7 @@ from chartless.frame import Frame
 from chartless.noise import TYPICAL_8BIT, AffineNoise
 from chartless.plan import require_exposures
 from chartless.response import Response
+from chartless.same_scene import Glimpse, compare_scenes, glimpse
 from chartless.types import Bools, Floats, Floats32, Levels
 
 DEFAULT_NOISE = AffineNoise.from_8bit(*TYPICAL_8BIT)
@@ -62,6 +63,7 @@ _HUGE = 1e30  # beyond any irradiance, and still a number
 _CLEARLY_LONGER = 1.25
 _END = 1 - 1e-6  # irradiance of levels that are white
 _MOST_AT_WHITE = 0.01  # share of the longest exposure at its highest level that looks like white
+_DISPLACED = 0.7  # pixels: measured to 0.3
 _RANGE = (0.1, 99.9)  # percentiles
 _STRIP = 1 << 14  # pixels that are worked on at a time
 _SAMPLE = 1 << 21  # radiances that percentiles are taken of
@@ -151,7 +153,8 @@ def merge_frames(
     Raises
     ------
     UnfitFramesError
-        If there are fewer than two frames, or they differ in more than exposure.
+        If there are fewer than two frames, they differ in more than exposure, or they do not show
+        one scene.
     ParameterError
         If a setting is out of range or the calibration has other channels.
 
@@ -196,7 +199,7 @@ def merge_frames(
     tables = _tables(calibration, first, white)
     lit = np.zeros(shape, dtype=bool)
     clipped = _Clipped.none(shape, relative[order])
-    whites = _Whites()
+    whites, scenes = _Whites(), _Scenes()
     earlier: Floats32 | None = None
     for sweep in range(sweeps):
         sums = _Sums.zeros(shape)
@@ -206,12 +209,13 @@ def merge_frames(
                 require_alike(first, frame, one_exposure=False)
                 lit |= frame.levels > 0
                 whites.see(frame.levels)
+                scenes.see(frame)
             _add(sums, frame.levels, turn, clipped, tables, bloom_radius, earlier)
             if on_frame is not None:
                 on_frame(1 + turn + sweep * order.size, sweeps * order.size)
         if sweep + 1 < sweeps:
             earlier = _mean(sums)
-    remarks = whites.remarks(tables, first.channel_names)
+    remarks = (*scenes.remarks, *whites.remarks(tables, first.channel_names))
     merged = _finished(sums, lit, tables, times, orientation=first.orientation, remarks=remarks)
     if not balanced or len(calibration.channels) == 1:
         return merged
@@ -501,6 +505,35 @@ def _finished(
         black=np.asarray(black.any(axis=-1)),
         **about,
     )
+
+
+class _Scenes:
+    """Compares each frame with the next longer exposure."""
+
+    def __init__(self) -> None:
+        self._before: tuple[str, Glimpse] | None = None
+        self.remarks: tuple[str, ...] = ()
+        """Where frames are displaced."""
+
+    def see(self, frame: Frame) -> None:
+        """Take the next frame, from the shortest exposure to the longest."""
+        seen = glimpse(frame.levels[..., frame.levels.shape[2] // 2], frame.white)
+        if self._before is not None:
+            path, before = self._before
+            match = compare_scenes(before, seen)
+            if not match.one_scene:
+                msg = (
+                    f"{path} and {frame.path} do not show the same scene: give exposures of one "
+                    "scene"
+                )
+                raise UnfitFramesError(msg)
+            if match.displacement > _DISPLACED:
+                text = (
+                    f"{frame.path} is displaced by {match.displacement:.1f} pixels against {path}: "
+                    "edges are doubled; use a tripod, or align the frames first"
+                )
+                self.remarks = (*self.remarks, text)
+        self._before = str(frame.path), seen
 
 
 class _Whites:

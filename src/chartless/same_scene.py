@@ -35,6 +35,7 @@ _LITTLE = 0.04  # mean weight of steps that both frames show, below which nothin
 
 _PIXELS = 1 << 17  # of the largest of the three pictures
 _SIZES = 3
+_TOO_SMALL = 8  # pixels of a side of a frame that nothing can be said of
 _SMALLEST = 16  # pixels of a side that are not halved any more
 _ROWS = 3  # that are read of each block of rows
 _SOFT = 4.0  # τ in deviations of the noise
@@ -184,6 +185,8 @@ def chained(glimpses: Sequence[Glimpse]) -> SceneChain:
 
 
 def _compared(first: Glimpse, second: Glimpse) -> SceneMatch:
+    if min(first.pictures[0].shape) < _TOO_SMALL:
+        return SceneMatch(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, one_scene=True)
     steps = first.steps, second.steps
     middle = min(1, len(first.pictures) - 1)
     place, standing_out, at_rest = _peak(steps[0][middle], steps[1][middle])

@@ -84,6 +84,8 @@ class PairCheck:
     """Share explained by that change."""
     resemblance: float = 1.0
     """Correlation of the levels of the frames, see `resemblance`."""
+    one_scene: bool = True
+    """Whether the frames show one scene; only looked at if they are unfit otherwise."""
 
 
 def check_pair(
@@ -300,6 +302,10 @@ def _screen_frames(checks: Sequence[PairCheck]) -> set[Flag]:
 
 def unfit(check: PairCheck) -> str | None:
     """Why nothing can be learned from two frames, as the end of a sentence; None if it can."""
+    if not check.one_scene:
+        return (
+            " do not show the same scene: give frames of one still scene, taken with one exposure"
+        )
     moved = check.displacement > _MOVED and check.displacement_share > SUSPICIOUS
     if moved or check.displacement_share > GROSS:
         return (
