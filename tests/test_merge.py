@@ -274,7 +274,8 @@ def test_every_pixel_agrees_with_a_plain_loop(n_channels: int) -> None:
 
 def test_large_frames_are_worked_on_in_strips() -> None:
     rng = np.random.default_rng(6)
-    levels = [rng.integers(0, 256, (300, 200, 3), dtype=np.uint8) for _ in range(3)]
+    scene, noise = rng.integers(0, 200, (300, 200, 3)), rng.integers(0, 20, (3, 300, 200, 3))
+    levels = [(scene * t + own).clip(0, 255) for t, own in zip((1, 3, 9), noise, strict=True)]
 
     whole = merge_frames([frame(each) for each in levels], (1, 3, 9), camera())
     part = merge_frames([frame(each[120:140]) for each in levels], (1, 3, 9), camera())
@@ -305,7 +306,7 @@ def test_memory_does_not_grow_with_the_number_of_frames() -> None:
     few, many = peak(2), peak(12)
 
     assert many < few + 0.5  # bytes for each sample; a frame more would be 1
-    assert many < 24
+    assert many < 25
 
 
 # What is clipped
