@@ -23,13 +23,14 @@ Every file is written and read again: PNG, or JPEG of a quality with or without 
 
 shape      root mean square of f(s x) − y at the best scale s, as in `brackets.py`
 light      root mean square of g − truth over the levels, no scale
-white      how far ln g is off at the brightest level that is well below white: the error of the scale
+white      how far ln g is off at a brightness of 0.8: the error of the scale
 band       the root mean square that the calibration claims for g
 cover      share of levels 1 … 254 at which the truth lies within two deviations of g
 for shape  the same of g/g(level of the scale): what the band of the shape is worth
 
-and over all calibrations of a row, how many were called good, with care, not to be trusted, refused;
-`wrong` is the share of those called good that are off by more than 0.02 in a channel's light.
+and over all calibrations of a row, how many were called good, with care, not to be trusted, or
+were refused; `wrong` is the share of those called good that are off by more than 0.02 in a
+channel's light.
 """
 
 import os
@@ -215,14 +216,14 @@ class Shot:
     @cached_property
     def settings(self) -> JsonObject:
         """Arguments of `calibrate` besides the files."""
-        given: JsonObject = {
+        settings: dict[str, JsonObject] = {
             "bracket": {"times": TIMES},
             "unknown": {"times": "unknown"},
             "unaligned": {"times": TIMES, "aligned": False},
             "luma": {"times": TIMES, "channels": "luma"},
             "burst": {},
-        }[self.kind]
-        return {**given, "method": LikelihoodSearch(prior=self.case.prior)}
+        }
+        return {**settings[self.kind], "method": LikelihoodSearch(prior=self.case.prior)}
 
 
 def shots(case: Case, kinds: Iterable[str], forms: Iterable[str], folder: Path) -> Iterator[Shot]:

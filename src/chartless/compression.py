@@ -1,8 +1,9 @@
 """Where lossy compression mixed pixels: its blocks, of a file or of a picture that once was one.
 
-JPEG codes luma in blocks of 8 × 8 pixels and, with reduced chroma, colour in blocks of 16 × 16. What
-is clipped inside a block rings through all of it: a pixel beside a white one that shows 252 may be
-white, and one that shows white may not be. Blocks without a clipped pixel are not touched by that.
+JPEG codes luma in blocks of 8 × 8 pixels and, with reduced chroma, colour in blocks of 16 × 16.
+What is clipped inside a block rings through all of it: a pixel beside a white one that shows 252
+may be white, and one that shows white may not be. Blocks without a clipped pixel are not touched
+by that.
 
 A picture that was saved without loss afterwards still shows the blocks: their coefficients were
 rounded, most of them to zero, and stay there (Fan & de Queiroz 2003, "Identification of bitmap
@@ -21,7 +22,7 @@ JPEG_BLOCK = 8
 """Rows and columns of pixels that JPEG codes together."""
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)  # ITU-R BT.601, as JPEG files take it
 _N_BANDS, _ALL_BANDS, _MOST_COLUMNS = 6, 60, 640  # of the picture: at a glance, and at most
-# Rounding the levels of a decoded picture moves coefficients of luma by 0.2 to 0.3; three deviations.
+# Rounding the levels of a decoded picture moves coefficients of luma by 0.2 to 0.3.
 _ZERO = 0.7
 _FIRST_ORDER, _LAST_ORDER = 3, 9  # of coefficients: those that are coarsely rounded but not empty
 _LEAST_RANGE = 6.0  # levels in a block: flat ones are zero in any grid

@@ -147,8 +147,8 @@ class ExposureCounts:
     exposure_error: float = 0.0
     """Deviation of the logarithms of the exposures; 0 if they are exact."""
     white_error: float = 0.0
-    """Relative deviation of the light at white beyond what the counts tell, where clipping could not
-    be kept apart from levels."""
+    """Relative deviation of the light at white beyond what the counts tell, where clipping could
+    not be kept apart from levels."""
     own_noise: bool = False
     """Whether u and v here are not those of level pairs of one exposure."""
 

@@ -170,46 +170,18 @@ def bracket_evidence(
         If `channels`, `n_levels`, `bloom_radius` or the mask does not suit the frames.
     """
     n_levels = min(n_levels, MOST_LEVELS)
-    if bloom_radius > 0 and not aligned:
-        msg = (
-            "bloom_radius leaves other pixels out of each exposure, and unaligned exposures are "
-            "matched by all of theirs: use one or the other"
-        )
-        raise ParameterError(msg)
-    history = _History()
-    samples: list[_Sample] = []
-    sources: list[FrameSource] = []
-    checks: list[PairCheck] = []
-    glimpses: list[Glimpse] = []
-    before: dict[str, Levels] = {}
-    first: Frame | None = None
+    _require_same_pixels(bloom_radius, aligned=aligned)
+    reading = _Reading(n_levels, channels, mask, bloom_radius, aligned)
     for frame in frames:
-        if first is None:
-            require_mask(mask, frame)
-            _require_one_curve(frame, channels)
-            first = frame
-        require_alike(first, frame, one_exposure=False)
-        planes = planes_of(frame, channels, n_levels)
-        blocks = history.blocks(frame)
-        usable = np.broadcast_to(True, frame.levels.shape[:2]) if mask is None else mask
-        white = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
-        if bloom_radius != 0:
-            usable = usable & ~near_saturated(white, bloom_radius)
-        samples.append(_sample(planes, n_levels, usable, blocks.touched(white)))
-        middle = list(planes)[len(planes) // 2]
-        glimpses.append(glimpse(planes[middle], n_levels - 1, mask))
-        if aligned and before:
-            one, other = (sample.levels[middle] for sample in samples[-2:])
-            follows = _followed(one, other, n_levels)
-            checks.append(check_pair(before[middle], planes[middle], mask, follows=follows))
-        before = planes
-        sources.append(frame.source)
+        reading.read(frame)
         if on_frame is not None:
             on_frame(frame)
-    if first is None or len(sources) < 2:  # noqa: PLR2004 - exposures to compare
+    samples = reading.samples
+    if len(samples) < 2:  # noqa: PLR2004 - exposures to compare
         msg = "a bracket needs two or more frames of one scene at different exposures"
         raise UnfitFramesError(msg)
-    if history.lossy and aligned:
+    lossy = reading.history.lossy
+    if lossy and aligned:
         samples = [replace(each, usable=each.usable & ~each.touched) for each in samples]
     inner = [_inner(sample, n_levels) for sample in samples]
     if log_exposures is None:
@@ -222,10 +194,9 @@ def bracket_evidence(
             "for frames of one exposure"
         )
         raise UnfitFramesError(msg)
-    margin = 0
-    if history.lossy:
-        margin = LOSSY_MARGIN
+    if lossy:
         pairs += [(longer, shorter) for shorter, longer in pairs]
+    margin = LOSSY_MARGIN if lossy else 0
     if aligned:
         tables = _compared(samples, pairs, stacked, margin)
     else:
@@ -237,15 +208,68 @@ def bracket_evidence(
         log_exposures=log_exposures,
         exposure_error=exposure_error,
         histograms=stacked,
-        checks=tuple(checks),
+        checks=tuple(reading.checks),
         overlaps=_overlaps(samples, inner),
-        white_error=UNALIGNED_WHITE if history.lossy and not aligned else 0.0,
+        white_error=UNALIGNED_WHITE if lossy and not aligned else 0.0,
         brightenings=_brightenings(samples, inner),
-        bit_depth=first.bit_depth,
-        sources=tuple(sources),
-        scenes=chained(glimpses),
+        bit_depth=reading.bit_depth,
+        sources=tuple(reading.sources),
+        scenes=chained(reading.glimpses),
         aligned=aligned,
     )
+
+
+class _Reading:
+    """What is kept of frames that are read one by one."""
+
+    def __init__(
+        self,
+        n_levels: int,
+        channels: str,
+        mask: Bools | None,
+        bloom_radius: int,
+        aligned: bool,  # noqa: FBT001
+    ) -> None:
+        self._n_levels, self._channels, self._mask = n_levels, channels, mask
+        self._bloom_radius, self._aligned = bloom_radius, aligned
+        self._first: Frame | None = None
+        self._before: dict[str, Levels] = {}
+        self.samples: list[_Sample] = []
+        self.sources: list[FrameSource] = []
+        self.checks: list[PairCheck] = []
+        self.glimpses: list[Glimpse] = []
+        self.history = _History()
+
+    @property
+    def bit_depth(self) -> int:
+        """Of the frames."""
+        assert self._first is not None
+        return self._first.bit_depth
+
+    def read(self, frame: Frame) -> None:
+        """Take the next frame; raises as `bracket_evidence`."""
+        if self._first is None:
+            require_mask(self._mask, frame)
+            _require_one_curve(frame, self._channels)
+            self._first = frame
+        require_alike(self._first, frame, one_exposure=False)
+        n_levels, mask = self._n_levels, self._mask
+        planes = planes_of(frame, self._channels, n_levels)
+        blocks = self.history.blocks(frame)
+        usable = np.broadcast_to(True, frame.levels.shape[:2]) if mask is None else mask
+        white = np.any([plane == n_levels - 1 for plane in planes.values()], axis=0)
+        if self._bloom_radius != 0:
+            usable = usable & ~near_saturated(white, self._bloom_radius)
+        self.samples.append(_sample(planes, n_levels, usable, blocks.touched(white)))
+        middle = list(planes)[len(planes) // 2]
+        self.glimpses.append(glimpse(planes[middle], n_levels - 1, mask))
+        if self._aligned and self._before:
+            one, other = (sample.levels[middle] for sample in self.samples[-2:])
+            follows = _followed(one, other, n_levels)
+            check = check_pair(self._before[middle], planes[middle], mask, follows=follows)
+            self.checks.append(check)
+        self._before = planes
+        self.sources.append(frame.source)
 
 
 def _inner(sample: _Sample, n_levels: int) -> Bools:
@@ -367,7 +391,7 @@ class _History:
         self._sure = False
 
     def blocks(self, frame: Frame) -> Blocks:
-        """Blocks that were coded together in a frame if it was a JPEG, as far as is known by now."""
+        """Blocks that were coded together in a frame, if it was a JPEG, as far as is known."""
         if frame.blocks is not None:
             self.lossy = True
             return frame.blocks
@@ -378,13 +402,22 @@ class _History:
         return self._blocks
 
 
+def _require_same_pixels(bloom_radius: int, *, aligned: bool) -> None:
+    if bloom_radius > 0 and not aligned:
+        msg = (
+            "bloom_radius leaves other pixels out of each exposure, and unaligned exposures are "
+            "matched by all of theirs: use one or the other"
+        )
+        raise ParameterError(msg)
+
+
 def _require_one_curve(frame: Frame, channels: str) -> None:
     """Refuse luma of colours in a bracket: by colour it mixes three curves differently."""
     levels = frame.levels
     if channels == "luma" and levels.shape[-1] > 1 and np.any(levels != levels[..., :1]):
         msg = (
-            f"{frame.path} has colours, and luma of differently coloured pixels is not one curve of "
-            "light: use channels 'auto' or 'rgb' for exposures of colour pictures"
+            f"{frame.path} has colours, and luma of differently coloured pixels is not one curve "
+            "of light: use channels 'auto' or 'rgb' for exposures of colour pictures"
         )
         raise ParameterError(msg)
 

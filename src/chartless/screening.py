@@ -300,7 +300,7 @@ def _screen_frames(checks: Sequence[PairCheck]) -> set[Flag]:
     return doubts
 
 
-def unfit(check: PairCheck) -> str | None:
+def unfit(check: PairCheck) -> str | None:  # noqa: PLR0911 - a reason each
     """Why nothing can be learned from two frames, as the end of a sentence; None if it can."""
     if not check.one_scene:
         return (

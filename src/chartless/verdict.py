@@ -114,8 +114,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     other = {flag for response in channels for flag in response.flags} - grave
     known = band(channels)
     widest = known or 0.0
-    whites = [each.white_std for each in channels if each.white_std is not None]
-    what = "shape of the curve" if whites else "curve"
+    white = max((each.white_std for each in channels if each.white_std is not None), default=None)
+    what = "curve" if white is None else "shape of the curve"
     how_sure = f"The {what} is known to ± {widest:.3f} of the light at white"
     bad, doubtful, fine = [], [], []
     if grave:
@@ -128,11 +128,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
         doubtful.append(f"{how_sure}; good frames give ± {GOOD_BAND:g} or less.")
     elif known is not None:
         fine.append(f"{how_sure}.")
-    if whites and max(whites) > GOOD_WHITE:
-        doubtful.append(
-            f"The light at white, and with it one factor of all levels of a channel, is known to "
-            f"± {max(whites):.0%}: compare light with light, and balance the channels anew."
-        )
+    doubtful += _of_white(white)
     if any(response.inverse_lut_std is None for response in channels):
         doubtful.append(_NO_ERROR)
     if any(_is_untested(response) for response in channels):
@@ -176,6 +172,17 @@ def typical_of_exposures(channels: Sequence[Response]) -> Response | None:
     known = [each for each in channels if each.exposure_misfit is not None]
     ranked = sorted(known, key=lambda each: each.exposure_misfit or 0.0)
     return ranked[len(ranked) // 2] if ranked else None
+
+
+def _of_white(std: float | None) -> list[str]:
+    """What an uncertain white means, if it is one."""
+    if std is None or std <= GOOD_WHITE:
+        return []
+    sentence = (
+        f"The light at white, and with it one factor for all levels of a channel, is known to "
+        f"± {std:.0%}: compare light with light, and balance the channels anew."
+    )
+    return [sentence]
 
 
 def _grave(response: Response) -> set[Flag]:

@@ -437,7 +437,7 @@ def _read(
 def _unread(item: str | os.PathLike[str] | Levels, place: int) -> FrameSource:
     """A frame that was given and repeats an exposure of which another frame is used."""
     if isinstance(item, np.ndarray):
-        return replace(_array_frame(item, place + 1).source, n_used=0)
+        return replace(array_frame(item, place + 1).source, n_used=0)
     from chartless.images import digest
 
     return FrameSource(Path(item), digest(Path(item)), (), n_used=0)
