@@ -100,7 +100,7 @@ class LogSlopeBasis:
         relative = deviation / np.sqrt(np.mean(deviation**2))
         covariance += _ROUGHNESS**2 * np.outer(relative, relative) * matern
         covariance += _WHITE**2 * np.eye(n_levels)
-        covariance += _shoulder(centres)
+        covariance += shoulder_covariance(n_levels)
         return CurvePrior(mean, covariance)
 
 
@@ -137,11 +137,28 @@ def measured_prior(n_levels: int = N_BINS) -> CurvePrior:
     return LogSlopeBasis(mean, components).prior(n_levels)
 
 
-def _shoulder(centres: Floats) -> Floats:
-    """Covariance of log slopes by shoulders of any hardness, shape (L, L)."""
-    below = 1 - centres
-    apart = np.sqrt(3) * np.abs(np.subtract.outer(np.log(below), np.log(below))) / _SHOULDER_LENGTH
-    fading = _SHOULDER * np.exp(-below / _SHOULDER_REACH)
+def shoulder_covariance(
+    n_levels: int,
+    *,
+    deviation: float = _SHOULDER,
+    length: float = _SHOULDER_LENGTH,
+    reach: float = _SHOULDER_REACH,
+) -> Floats:
+    """Covariance of log slopes by shoulders of any hardness, shape (L, L).
+
+    Parameters
+    ----------
+    n_levels : int
+    deviation : float
+        At white.
+    length : float
+        In ln of the distance from white: log slopes of powers of that distance are linear in it.
+    reach : float
+        Brightness below white within which the term falls off by e.
+    """
+    below = 1 - _centres(n_levels)
+    apart = np.sqrt(3) * np.abs(np.subtract.outer(np.log(below), np.log(below))) / length
+    fading = deviation * np.exp(-below / reach)
     return np.asarray((1 + apart) * np.exp(-apart) * np.outer(fading, fading))
 
 
