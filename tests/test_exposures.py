@@ -339,6 +339,45 @@ def test_overlaps_are_of_pixels_between_black_and_white_in_both() -> None:
     assert 0 < expected[1] < expected[0] < 1
 
 
+@pytest.mark.parametrize("stops", [0.3, 1.0, 4.0, -1.0])
+@pytest.mark.parametrize("response", ["srgb", "ameegc2-exact:0.48,-2.26,0.37"])
+def test_a_longer_exposure_is_brighter_where_it_differs_most(stops: float, response: str) -> None:
+    rng = np.random.default_rng(8)
+    light = np.exp(rng.uniform(-7, 0, (200, 200)))
+    log_exposures = np.log(2.0) * stops * np.array([0.0, 1.0])
+
+    (rise,) = bracket_evidence(
+        bracket(light, log_exposures, response=response), log_exposures
+    ).brightenings
+
+    assert 0.35 < rise / (log_exposures[1] - log_exposures[0]) < 2.5
+
+
+def test_frames_of_one_exposure_are_not_brighter() -> None:
+    rng = np.random.default_rng(9)
+    light = np.exp(rng.uniform(-7, 0, (200, 200)))
+    frames = [
+        frame_of((picture(light) + rng.normal(0, 3, light.shape)).clip(0, 255).astype(np.uint8))
+        for _ in range(2)
+    ]
+
+    (rise,) = bracket_evidence(frames, np.log([1.0, 2.0])).brightenings
+
+    assert abs(rise) < 0.02
+
+
+def test_shadows_and_few_pixels_say_nothing_about_brightness() -> None:
+    dark = np.random.default_rng(10).integers(1, 4, (2, 100, 100), dtype=np.uint8)
+    few = np.zeros((100, 100), np.uint8)
+    few[:9, :9] = 100
+
+    for first, second in (dark, (few, few)):
+        (rise,) = bracket_evidence(
+            [frame_of(first), frame_of(second)], np.log([1.0, 2.0])
+        ).brightenings
+        assert math.isnan(rise)
+
+
 def photograph() -> Floats:
     from scipy.ndimage import gaussian_filter
 

@@ -297,7 +297,7 @@ def _brightenings(samples: list[_Sample], inner: list[Bools]) -> tuple[float, ..
 
 
 def _brightening(before: Levels, after: Levels) -> float:
-    """Ln of the rise of levels, of those that rise or fall most; NaN if there are too few.
+    """Ln of the rise of levels where they rise, or fall, most; NaN if there are too few pixels.
 
     Pixels are grouped by the sum of both levels, so that noise moves none to a group for having
     risen. A hard shoulder hides the rise in some groups, not in all.
@@ -306,18 +306,17 @@ def _brightening(before: Levels, after: Levels) -> float:
     shown = one + other >= 2 * _DIM
     group = np.log2((one + other)[shown] / _DIM) * _GROUPS
     rise = np.log(other[shown] / one[shown])
-    found = math.nan
+    found, way = math.nan, math.copysign(1.0, float(np.sign(rise).sum()))
     for own in range(int(group.max(initial=0.0)) + 1):
         rises = rise[group.astype(np.intp) == own]
         if rises.size < _ENOUGH:
             continue
-        middle = float(np.median(rises))
+        middle = way * float(np.median(rises))
         # Deviation of a median of Gaussian values, √(π/2) that of a mean, from theirs by 1.4826.
         spread = 1.4826 * float(np.median(np.abs(rises - middle)))
-        sure = max(abs(middle) - 2 * (np.pi / 2 / rises.size) ** 0.5 * spread, 0.0)
-        if math.isnan(found) or sure > abs(found):
-            found = math.copysign(sure, middle)
-    return found
+        sure = max(middle - 2 * (np.pi / 2 / rises.size) ** 0.5 * spread, 0.0)
+        found = sure if math.isnan(found) else max(found, sure)
+    return way * found
 
 
 def _guessed(samples: list[_Sample], inner: list[Bools], n_levels: int) -> Floats:
