@@ -35,6 +35,7 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +43,7 @@ from PIL import Image
 from scipy.ndimage import shift as shifted
 
 from chartless.bracket_screening import screen_bracket
+from chartless.curves import SrgbCurve
 from chartless.errors import UnfitFramesError
 from chartless.evidence import noise_evidence
 from chartless.exposures import bracket_evidence
@@ -51,7 +53,7 @@ from chartless.same_scene import SceneMatch, chained, compare_scenes, glimpse
 from chartless.screening import screen
 from chartless.types import Bools, Floats, JsonObject, Levels
 
-SIZE = 900, 600
+SRGB, SIZE = SrgbCurve(), (900, 600)
 N_STRANGERS, N_BURSTS, N_NOISE, N_SIMULATED, N_MOVERS = 200, 100, 50, 208, 100
 STEPS, EXPOSURES = (1, 2, 3, 4), {1: 5, 2: 4, 3: 3, 4: 3}
 SLOPES, FLOORS = (0.003, 0.01, 0.03), (1.0, 4.0, 16.0)  # of the noise, levels of 8 bits
@@ -81,9 +83,8 @@ def light_of(path: Path) -> Floats:
 
 def srgb(light: Floats) -> Levels:
     """Levels of light, 1 being white."""
-    light = light.clip(0, 1)
-    values = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return np.rint(255 * values).astype(np.uint8)
+    levels: Levels = np.rint(255 * SRGB.response(light.clip(0, 1))).astype(np.uint8)
+    return levels
 
 
 def maps(data: Path) -> list[Path]:
@@ -179,10 +180,7 @@ def by_brightness(paths: Iterator[Path]) -> list[Levels]:
 
 def framed(pictures: Sequence[Levels]) -> list[Frame]:
     """Frames with numbers for names."""
-    return [
-        Frame(Path(f"{number}.png"), np.ascontiguousarray(levels))
-        for number, levels in enumerate(pictures)
-    ]
+    return [Frame(Path(f"{number}.png"), levels.copy()) for number, levels in enumerate(pictures)]
 
 
 def outcome(
@@ -236,7 +234,8 @@ def strangers(data: Path) -> JsonObject:
     """Different photographs posing as brackets."""
     rng = np.random.default_rng(5)
     pictures = photographs(data)
-    texts, found = [], []
+    texts: list[str] = []
+    found: list[SceneMatch] = []
     while len(texts) < N_STRANGERS:
         names = rng.choice(list(pictures), 3, replace=False)
         if sum(name.startswith("charts") for name in names) > 1:
@@ -258,7 +257,7 @@ def bursts(data: Path) -> JsonObject:
     """Different photographs posing as a burst."""
     rng = np.random.default_rng(6)
     pictures = photographs(data)
-    texts = []
+    texts: list[str] = []
     while len(texts) < N_BURSTS:
         names = rng.choice(list(pictures), 2, replace=False)
         if all(name.startswith("charts") for name in names):
@@ -275,7 +274,8 @@ def bursts(data: Path) -> JsonObject:
 def noise(_: Path) -> JsonObject:
     """Independent random images."""
     rng = np.random.default_rng(7)
-    texts, found = [], []
+    texts: list[str] = []
+    found: list[SceneMatch] = []
     for _number in range(N_NOISE):
         chosen = [rng.integers(0, 256, (300, 400, 3), dtype=np.uint8) for _ in range(3)]
         texts.append(outcome(chosen, np.log([1.0, 4.0, 16.0]))[0])
@@ -285,7 +285,10 @@ def noise(_: Path) -> JsonObject:
 
 def of_one_scene(brackets: Iterator[tuple[str, list[Levels], Bools | None, int]]) -> JsonObject:
     """Brackets with their masks and steps (0: unknown)."""
-    texts, found, why, moved = [], [], {}, 0
+    texts: list[str] = []
+    found: list[SceneMatch] = []
+    why: dict[str, str] = {}
+    moved = 0
     for name, frames, mask, step in brackets:
         times = np.log(2.0) * step * np.arange(len(frames)) if step else None
         text, flags = outcome(frames, times, mask=mask)
@@ -391,9 +394,7 @@ def exposed(light: Floats, rng: np.random.Generator) -> Levels:
 def panorama(data: Path) -> JsonObject:
     """Neighbours of a camera that turned."""
     views = [decoded(path) for path in sorted((data / "pano_rotating/parrington").glob("*.jpg"))]
-    pairs = [
-        sorted(pair, key=lambda p: float(p.mean())) for pair in zip(views, views[1:], strict=False)
-    ]
+    pairs = [sorted(pair, key=lambda p: float(p.mean())) for pair in pairwise(views)]
     times = np.log([1.0, 2.0])
     return {
         how: counted([outcome(pair, times, aligned=how == "aligned")[0] for pair in pairs])

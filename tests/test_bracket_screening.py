@@ -120,6 +120,10 @@ def test_exposures_that_are_the_same(order: tuple[int, int]) -> None:
     assert "--evidence noise" in line
 
 
+def test_exposures_of_too_few_pixels_are_not_judged() -> None:
+    assert screen_bracket(evidence(*2 * [spread(1, 254)], brightenings=(np.nan,))) == {"Y": ()}
+
+
 def test_exposures_that_share_nothing_may_not_be_compared() -> None:
     rows = [spread(1, 254), spread(1, 254), spread(1, 254)]
 

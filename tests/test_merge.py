@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.ndimage import gaussian_filter
 from scipy.stats import chi2
 
 from chartless.calibration import Calibration
@@ -307,6 +308,38 @@ def test_memory_does_not_grow_with_the_number_of_frames() -> None:
 
     assert many < few + 0.5  # bytes for each sample; a frame more would be 1
     assert many < 25
+
+
+# One scene
+
+
+def detailed(seed: int) -> Pixels:
+    """Light with detail, shape (200, 300)."""
+    rng = np.random.default_rng(seed)
+    soft = gaussian_filter(rng.standard_normal((200, 300)), 2, mode="wrap")
+    return np.asarray(0.05 * np.exp(soft / soft.std()))
+
+
+def shown(light: Pixels, name: str) -> Frame:
+    levels = np.rint(255 * SRGB.response(light.clip(0, 1))).astype(np.uint8)
+    return Frame(Path(name), levels[..., np.newaxis].copy())
+
+
+def test_different_scenes_are_not_merged() -> None:
+    frames = [shown(detailed(1), "a.png"), shown(4 * detailed(2), "b.png")]
+
+    with pytest.raises(UnfitFramesError, match=r"^a\.png and b\.png do not show the same scene: "):
+        merge_frames(frames, (1, 4), camera())
+
+
+def test_frames_that_moved_are_named() -> None:
+    light = detailed(3)
+    still, moved = shown(4 * light[:-3], "b.png"), shown(16 * light[3:], "c.png")
+
+    (text,) = merge_frames([shown(light[:-3], "a.png"), still, moved], (1, 4, 16), camera()).remarks
+
+    assert text.startswith("c.png is displaced by 3.0 pixels against b.png: edges are doubled")
+    assert "\n" not in text
 
 
 # What is clipped

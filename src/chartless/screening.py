@@ -281,6 +281,9 @@ def screen(
     UnfitFramesError
         With one sentence that says why and what to do.
     """
+    for number, check in enumerate(checks, start=1):
+        if not check.one_scene:
+            _refuse(number, check)
     own = {name: _screen_table(name, table, covering) for name, table in tables.items()}
     common = _screen_frames(checks)
     return {
@@ -292,12 +295,17 @@ def screen(
 def _screen_frames(checks: Sequence[PairCheck]) -> set[Flag]:
     doubts: set[Flag] = set()
     for number, check in enumerate(checks, start=1):
-        reason = unfit(check)
-        if reason is not None:
-            msg = f"frames {number} and {number + 1}{reason}"
-            raise UnfitFramesError(msg)
+        _refuse(number, check)
         doubts |= doubts_about(check)
     return doubts
+
+
+def _refuse(number: int, check: PairCheck) -> None:
+    """Refuse the frame of a number and the next if nothing can be learned from them."""
+    reason = unfit(check)
+    if reason is not None:
+        msg = f"frames {number} and {number + 1}{reason}"
+        raise UnfitFramesError(msg)
 
 
 def unfit(check: PairCheck) -> str | None:  # noqa: PLR0911 - a reason each

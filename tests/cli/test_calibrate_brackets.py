@@ -473,3 +473,21 @@ def test_unknown_exposures_that_do_not_differ(shoot: Shoot, refusal: Refusal) ->
     line = refusal("calibrate", *frames, "--times", "unknown")
 
     assert "the exposures do not differ" in line
+
+
+# One scene
+
+
+@pytest.mark.parametrize(
+    "how", [("--times", "1,4,16"), ("--times", "unknown"), ("--evidence", "noise")]
+)
+def test_different_photographs_are_refused(
+    how: tuple[str, ...], data_path: Path, refusal: Refusal
+) -> None:
+    frames = sorted((data_path / "scenery_1600x900").glob("*.jpg"))[:3]
+    if len(frames) < 3:
+        pytest.skip("no scenery among the data")
+
+    line = refusal("calibrate", *frames, *how)
+
+    assert "do not show the same scene: give " in line
