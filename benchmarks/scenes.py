@@ -334,7 +334,7 @@ def movers(data: Path) -> JsonObject:
 
 
 def seen_twice(data: Path) -> Iterator[Floats]:
-    """Light of photographs, green, of 1.4 to 9 megapixels."""
+    """Light of photographs, green, of 1.4 to 5 megapixels."""
     for path in sorted((data / "scenery_1600x900").glob("*.jpg"))[::2]:
         yield (decoded(path)[..., 1] / 255) ** 2.2
     for path in sorted((data / "charts_cameras").glob("*.jpg"))[::5]:

@@ -26,12 +26,15 @@ REACH = 0.15
 """Displacement that is searched, as a share of the larger side."""
 STANDS_OUT = 8.0
 """Deviations by which the peak of one scene exceeds the agreement at other displacements: 4.9 in
-99 % of the pairs of different photographs, 7.6 at most of 400."""
+99 % of the pairs of different photographs, 5.8 at most of 400, and 7.6 when turns are tried."""
 STANDS_OUT_AT_REST = 4.0
 """The same without displacement, which is one chance and not thousands: 2.9 at most."""
 _AGREES = 0.45  # agreement of smooth scenes, without displacement
 _FOLLOWS = 0.9  # rank correlation of levels, of smooth scenes; 0.88 in different photographs
 _LITTLE = 0.04  # mean weight of steps that both frames show, below which nothing can be said
+# Nor can it of a frame that varies less than this many deviations of its noise, measured at the
+# coarsest size, if that noise is a camera's: a share of white. Random images have 0.07 there.
+_FLAT, _FLAT_NOISE = 3.0, 0.02
 
 _PIXELS = 1 << 17  # of the largest of the three pictures
 _SIZES = 3
@@ -74,6 +77,16 @@ class Glimpse:
     def brightness(self) -> float:
         """Mean level."""
         return float(self.pictures[-1].mean())
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether it shows little but the noise of a camera, as a wall does."""
+        picture = self.pictures[-1]
+        shown = self.usable[-1] & (picture > 0) & (picture < self.white)
+        noise = _noise(picture, shown)
+        if noise > _FLAT_NOISE * self.white or not shown.any():
+            return False
+        return float(picture[shown].std()) < _FLAT * noise
 
     @property
     def radius(self) -> float:
@@ -206,6 +219,8 @@ def _compared(first: Glimpse, second: Glimpse) -> SceneMatch:
         or agreement >= _AGREES
         or following >= _FOLLOWS
         or weight < _LITTLE
+        or first.is_flat
+        or second.is_flat
     )
     moved = 0.0, 0.0, 0.0, 0.0
     shows = max(standing_out if found else 0.0, at_rest) >= STANDS_OUT_AT_REST
