@@ -5,16 +5,16 @@
 The prior of log slopes was learned from DoRF, mostly film. Response curves of 26 digital cameras
 (folder modern_curves of FOLDER, or of the one that CHARTLESS_DATA names) are steeper next to white
 than it expects: what lies above level 254 is 4 % of their light in the median, and 12 % in one of
-ten, of DoRF 0.8 %. The term has the form of `chartless.log_slopes`: Matérn 3/2 in ln of the distance
-from white, of deviation s and length l. Both are fitted by maximum likelihood of log slopes above
-level 160 given those below, without its fading, as then nothing is left to other levels:
+ten, of DoRF 0.8 %. The term has the form of `chartless.log_slopes`: Matérn 3/2 in ln of the
+distance from white, of deviation s and length l. Both are fitted by maximum likelihood of log
+slopes above level 160 given those below, without fading, as then nothing is left to other levels:
 
     deviation 1.01, length 0.74
 
 `log_slopes` keeps 0.7 and 0.75, and lets the term fade by e within 32 levels, so that it does not
-loosen the curve where frames show it: with 1.0, white of soft shoulders, as those of film, was off by
-twice as much in brackets with noise. Printed besides: how far the light at white is off if the curve
-is known up to a level, and how often by more than two of the deviations that the prior gives.
+loosen the curve where frames show it: with 1.0, white of soft shoulders, as those of film, was off
+by twice as much in brackets with noise. Printed besides: how far the light at white is off if the
+curve is known up to a level, and how often by more than two of the deviations that the prior gives.
 """
 
 import argparse
