@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import joblib
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 import pytest
@@ -196,6 +197,23 @@ def test_memory_does_not_grow_with_the_number_of_frames(monkeypatch: pytest.Monk
 
 
 # Refusals
+
+
+def test_no_more_processes_are_started_than_there_are_runs(
+    files: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+
+    class Pool(joblib.Parallel):
+        def __init__(self, n_jobs: int, **settings: Any) -> None:
+            asked.append(n_jobs)
+            super().__init__(n_jobs=1, **settings)
+
+    monkeypatch.setattr(joblib, "Parallel", Pool)
+
+    noise_evidence_of_files(files[:4], jobs=100_000)
+
+    assert asked == [3]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -6,6 +6,7 @@ so results do not depend on where that is.
 
 import asyncio
 import logging
+import os
 import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -18,6 +19,7 @@ from chartless.errors import ChartlessError, ParameterError
 
 _T = TypeVar("_T")
 
+_MOST_PROCESSES = 64  # each takes 100 MB, and 100,000 never start
 _PATIENCE = 10  # seconds to wait for a scheduler
 
 
@@ -38,7 +40,8 @@ def run_all(
     tasks : mapping of str to callable
         Each can be pickled and takes no argument.
     jobs : int
-        Processes on this computer; one is this process itself.
+        Processes on this computer, of which no more are started than there are tasks, nor more
+        than 64 or the processors; one is this process itself.
     scheduler : str, optional
         Address of a Dask scheduler, such as ``tcp://host:8786``, on whose workers the tasks
         run instead. It gives the task of a worker that dies to another one, and waits if there
@@ -79,6 +82,7 @@ def _on_processes(
 ) -> Generator[tuple[str, _T], None, None]:
     from joblib import Parallel, delayed
 
+    jobs = min(jobs, len(tasks), max(_MOST_PROCESSES, os.cpu_count() or 1))
     # Batches would lose several tasks with one worker.
     pool = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1, max_nbytes=None)
     results = pool(delayed(_with_one_thread)(name, task) for name, task in tasks.items())
