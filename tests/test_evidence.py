@@ -308,6 +308,7 @@ def test_frames_that_differ(other: Levels, what: str) -> None:
     ("settings", "message"),
     [
         ({"channels": "RGB"}, "channels must be one of auto, rgb, luma, not 'RGB'"),
+        ({"n_levels": 64.5}, "levels must be a whole number, not 64.5"),
         ({"n_levels": 15}, "levels must lie between 16 and 256 for 8-bit frames, not 15"),
         ({"n_levels": 257}, "levels must lie between 16 and 256 for 8-bit frames, not 257"),
         ({"mask": np.ones((50, 40), bool)}, "the mask is 40 × 50, the frames are 50 × 40"),

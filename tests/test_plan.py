@@ -287,3 +287,17 @@ def test_an_exposure_by_exif_that_no_camera_has_is_refused() -> None:
 def test_exposures_at_the_limits_are_taken() -> None:
     for times in ((LEAST_EXPOSURE, LEAST_EXPOSURE * MOST_RATIO), (1.0, MOST_EXPOSURE)):
         assert plan_of(SILENT[:2], times=times).bracket
+
+
+def test_times_may_be_an_array() -> None:
+    of_list = plan_of(SILENT, times=[1.0, 4.0, 16.0])
+    of_array = plan_of(SILENT, times=np.array([1, 4, 16]))
+
+    np.testing.assert_array_equal(of_array.log_exposures, of_list.log_exposures)
+    assert plan_of(SILENT, times=np.array(["a", "b", "b"])).groups == ((0,), (1, 2))
+
+
+@pytest.mark.parametrize("times", [3, [1j, 2, 3], [[1], [4], [16]], [1, None, 3], {1: 2}])
+def test_what_is_no_list_of_times_is_refused(times: Any) -> None:
+    with pytest.raises(ParameterError, match="times must be numbers or names, one for each frame"):
+        plan_of(SILENT, times=times)

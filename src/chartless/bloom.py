@@ -33,11 +33,11 @@ def near_saturated(saturated: Bools, radius: int) -> Bools:
            [0, 1, 1, 1, 0]])
     """
     most = min(saturated.shape) // 2
-    if not 0 <= radius <= most:
+    if not isinstance(radius, int | np.integer) or not 0 <= radius <= most:
         height, width = saturated.shape
         msg = (
-            f"bloom_radius must be between 0 and {most} pixels, half the smaller side of these "
-            f"{width} × {height}, not {radius}"
+            f"bloom_radius must be a whole number between 0 and {most} pixels, half the "
+            f"smaller side of these {width} × {height}, not {radius}"
         )
         raise ParameterError(msg)
     near = saturated.copy()

@@ -218,6 +218,9 @@ def level_table(white: int, n_levels: int) -> Levels:
 def require_levels(white: int, n_levels: int) -> None:
     """Raise `ParameterError` if frames with such a white have no such number of levels."""
     most = min(white + 1, MAX_LEVELS)
+    if not isinstance(n_levels, int | np.integer):
+        msg = f"levels must be a whole number, not {n_levels!r}"
+        raise ParameterError(msg)
     if not MIN_LEVELS <= n_levels <= most:
         msg = (
             f"levels must lie between {MIN_LEVELS} and {most} for {white.bit_length()}-bit frames, "

@@ -129,6 +129,7 @@ def planned(
         If the frames have not what `kind` asks for.
     """
     time_error = _checked_error(time_error)
+    times = _plain(times)
     _require_sense(times, kind)
     if not names:
         msg = "calibration needs two or more frames of the same still scene, none was given"
@@ -212,6 +213,19 @@ def _checked_error(time_error: float | None) -> float | None:
         )
         raise ParameterError(msg)
     return time_error if time_error >= _EXACT else 0.0
+
+
+def _plain(times: object) -> Times:
+    """Times as a list of numbers or of names, also those of an array; text and None as they are."""
+    if times is None or isinstance(times, str):
+        return times
+    listed = times.tolist() if isinstance(times, np.ndarray) else times
+    if not isinstance(listed, list | tuple) or not all(
+        isinstance(each, str | int | float | np.integer | np.floating) for each in listed
+    ):
+        msg = f"times must be numbers or names, one for each frame, not {listed!r:.80}"
+        raise ParameterError(msg)
+    return list(listed)
 
 
 def _require_sense(times: Times, kind: str) -> None:

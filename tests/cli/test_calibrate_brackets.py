@@ -390,7 +390,11 @@ def exif_of(kind: str) -> list[dict[str, Any]]:
         ),
         ("rising", ["--levels", "99999999"], "levels must lie between 16 and 256 for 8-bit frames"),
         ("rising", ["--bloom-radius", "-1"], "--bloom-radius"),
-        ("rising", ["--bloom-radius", "99999"], "bloom_radius must be between 0 and 48 pixels"),
+        (
+            "rising",
+            ["--bloom-radius", "99999"],
+            "bloom_radius must be a whole number between 0 and 48 pixels",
+        ),
         ("rising", ["--shared-noise", "--method", "debevec"], "leave --shared-noise away"),
         ("rising", ["--shared-noise"], "this is a bracket of 3 exposures, 1 to 16 by EXIF: leave"),
         ("same", ["--times", "1,1,1", "--evidence", "noise"], "leave --times or --evidence noise"),

@@ -342,7 +342,9 @@ def test_a_bloom_radius_that_takes_most_of_the_picture_is_refused(
     output = tmp_path / "merged.exr"
     line = refusal("merge", *bracket(), "-c", camera, "-o", output, "--bloom-radius", radius)
 
-    assert line.startswith("bloom_radius must be between 0 and 24 pixels, half the smaller side")
+    assert line.startswith(
+        "bloom_radius must be a whole number between 0 and 24 pixels, half the smaller side"
+    )
     assert line.endswith(f"not {radius}")
     assert not output.exists()
 
