@@ -48,5 +48,5 @@ def test_the_largest_radius_takes_no_memory_of_its_own() -> None:
 
 @pytest.mark.parametrize("radius", [-1, 6, 10**9, 1.5])
 def test_a_radius_beyond_half_the_smaller_side_is_refused(radius: int) -> None:
-    with pytest.raises(ParameterError, match="between 0 and 5 pixels, .* of these 20 × 10, not"):
+    with pytest.raises(ParameterError, match=r"between 0 and 5 pixels, .* of these 20 × 10, not"):
         near_saturated(np.zeros((10, 20), dtype=bool), radius)

@@ -410,6 +410,17 @@ def put(*keys: str | int) -> Callable[[Any, Any], None]:
 CHANNEL = ("channels", 0)
 
 
+def told(**wrong: object) -> object:
+    """A bracket of two exposures, something about it wrong."""
+    transfer = {"ratio": 4.0, "upper": [5, 9], "lower": [3, 6], **wrong}
+    return {
+        "relative": [1.0, 4.0],
+        "exponent_error": 0.0,
+        "scatter": 0.01,
+        "transfers": [transfer],
+    }
+
+
 @pytest.mark.parametrize(
     ("keys", "value", "word"),
     [
@@ -448,6 +459,20 @@ CHANNEL = ("channels", 0)
         ((*CHANNEL, "search"), 5, ""),
         ((*CHANNEL, "search", "values"), [], ""),
         ((*CHANNEL, "search", "values"), [0.5, float("nan")], ""),
+        ((*CHANNEL, "inverse_lut_std"), [1e308] * 16, "errors of irradiance"),
+        ((*CHANNEL, "inverse_lut_std"), [-0.1] * 16, "errors of irradiance"),
+        ((*CHANNEL, "noise", "std"), {"log_slope": "", "log_floor": 1, "correlation": 0}, ""),
+        ((*CHANNEL, "noise", "std"), {"log_slope": [[]], "log_floor": 1, "correlation": 0}, ""),
+        ((*CHANNEL, "noise", "std"), {"log_slope": -1, "log_floor": 1, "correlation": 0}, "noise"),
+        (
+            (*CHANNEL, "noise", "std"),
+            {"log_slope": 1, "log_floor": float("inf"), "correlation": 0},
+            "errors of its noise are 1 and inf",
+        ),
+        ((*CHANNEL, "exposures"), told(ratio=0), "ratio of its exposures is 0"),
+        ((*CHANNEL, "exposures"), told(upper=[1]), "of 1 and 2 levels"),
+        ((*CHANNEL, "exposures"), told(lower=[3, 16]), "are not those of 16"),
+        (("provenance", "settings"), {"weight": float("nan")}, "one of its numbers is not finite"),
         (("model",), "ameegc9", "ameegc9"),
         (("model",), 7, "7"),
         (("levels",), 1, ""),

@@ -7,9 +7,11 @@ everybody else. A file whose model is null (another method, another program) is 
 """
 
 import json
+import math
 import os
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -43,6 +45,7 @@ MOST_LEVELS = 1 << 16
 _MOST_BITS = 16
 # A table with more cells than this is left out of the file: it would take megabytes.
 _MOST_CELLS = 200_000
+_LARGEST_ERROR = 1e6  # of irradiance and of ln of noise: any larger is damage
 
 T = TypeVar("T")
 
@@ -126,7 +129,19 @@ def _calibration(content: JsonObject) -> Calibration:
         raise ValueError(msg)
     known = dict(content["provenance"])
     require_sound(known)
+    if _any_infinite(content):
+        msg = "one of its numbers is not finite"
+        raise ValueError(msg)
     return Calibration(channels=channels, bit_depth=bit_depth, provenance=known)
+
+
+def _any_infinite(value: object) -> bool:
+    """Whether a number anywhere in the content is not finite, which JSON does not have."""
+    if isinstance(value, dict):
+        return any(map(_any_infinite, value.values()))
+    if isinstance(value, list):
+        return any(map(_any_infinite, value))
+    return isinstance(value, float) and not math.isfinite(value)
 
 
 def _response_to_json(response: Response) -> JsonObject:
@@ -195,22 +210,22 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         method=str(content["method"]),
         status=Status(entry["status"]),
         outliers=_maybe(entry.get("outliers"), float),
-        exposures=_maybe(entry.get("exposures"), _exposures),
+        exposures=_maybe(entry.get("exposures"), partial(_exposures, n_levels=n_levels)),
         raw=_maybe(entry.get("raw"), _raw),
         similarity=_maybe(entry.get("similarity"), float),
         deviance=_maybe(entry.get("deviance"), float),
         pattern=_maybe(entry.get("pattern"), Pattern.from_code),
         log_evidence=_maybe(entry.get("log_evidence"), float),
-        noise_error=_maybe((noise or {}).get("std"), lambda std: NoiseError(**std)),
+        noise_error=_maybe((noise or {}).get("std"), _noise_error),
         flags=tuple(Flag.from_code(code) for code in entry["flags"]),
         inverse_lut_std=_maybe(
-            entry["inverse_lut_std"], lambda _: _numbers(entry, "inverse_lut_std", n_levels)
+            entry["inverse_lut_std"], lambda _: _deviations(entry, "inverse_lut_std", n_levels)
         ),
         shape_std=_maybe(entry.get("shape_std"), lambda _: _numbers(entry, "shape_std", n_levels)),
         white_std=_maybe(entry.get("white_std"), float),
         inverse_lut_std_with_dark=_maybe(
             entry.get("inverse_lut_std_with_dark"),
-            lambda _: _numbers(entry, "inverse_lut_std_with_dark", n_levels),
+            lambda _: _deviations(entry, "inverse_lut_std_with_dark", n_levels),
         ),
         parameter_covariance=_maybe(
             entry.get("parameters_covariance"),
@@ -245,6 +260,24 @@ def _numbers(entry: JsonObject, key: str, *shape: int) -> Floats:
     return values
 
 
+def _deviations(entry: JsonObject, key: str, *shape: int) -> Floats:
+    values = _numbers(entry, key, *shape)
+    if np.any((values < 0) | (values > _LARGEST_ERROR)):
+        msg = f"{key} should be errors of irradiance, 0 and above"
+        raise ValueError(msg)
+    return values
+
+
+def _noise_error(entry: JsonObject) -> NoiseError:
+    slope, floor, correlation = (
+        float(entry[key]) for key in ("log_slope", "log_floor", "correlation")
+    )
+    if not (0 <= slope <= _LARGEST_ERROR and 0 <= floor <= _LARGEST_ERROR):
+        msg = f"errors of its noise are {slope:g} and {floor:g}"
+        raise ValueError(msg)
+    return NoiseError(slope, floor, correlation)
+
+
 def _table_to_json(table: Cooccurrence) -> JsonObject | None:
     """Each row as its first level with counts and the counts from there to the last."""
     first, rows = [], []
@@ -272,20 +305,25 @@ def _table(entry: JsonObject, n_levels: int) -> Cooccurrence:
     return Cooccurrence(table)
 
 
-def _exposures(entry: JsonObject) -> ExposureEstimate:
+def _exposures(entry: JsonObject, n_levels: int) -> ExposureEstimate:
     return ExposureEstimate(
         tuple(float(value) for value in entry["relative"]),
         float(entry["exponent_error"]),
         float(entry["scatter"]),
-        tuple(
-            SeenTransfer(
-                float(each["ratio"]),
-                tuple(float(level) for level in each["upper"]),
-                tuple(float(level) for level in each["lower"]),
-            )
-            for each in entry["transfers"]
-        ),
+        tuple(_transfer(each, n_levels) for each in entry["transfers"]),
     )
+
+
+def _transfer(entry: JsonObject, n_levels: int) -> SeenTransfer:
+    ratio = float(entry["ratio"])
+    upper, lower = (tuple(map(float, entry[key])) for key in ("upper", "lower"))
+    if not 0 < ratio < math.inf or len(upper) != len(lower):
+        msg = f"a ratio of its exposures is {ratio:g}, of {len(upper)} and {len(lower)} levels"
+        raise ValueError(msg)
+    if not all(0 <= level < n_levels for level in (*upper, *lower)):
+        msg = f"levels of its exposures are not those of {n_levels}"
+        raise ValueError(msg)
+    return SeenTransfer(ratio, upper, lower)
 
 
 def _raw(entry: JsonObject) -> RawEstimate:
