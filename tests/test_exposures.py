@@ -190,15 +190,19 @@ def test_more_levels_than_256_are_reduced_to_them() -> None:
     assert bracket_evidence(frames, EXPOSURES, n_levels=64).counts("G").n_levels == 64
 
 
-def test_luma_is_counted_as_one_channel() -> None:
-    frames = bracket(colourful())
-    weights = np.array([0.299, 0.587, 0.114], np.float32)  # ITU-R BT.601
-    luma = [frame_of(np.rint(frame.levels @ weights).astype(np.uint8)) for frame in frames]
+def test_luma_of_colours_is_no_curve() -> None:
+    with pytest.raises(ParameterError, match="has colours, and luma .* is not one curve of light"):
+        bracket_evidence(bracket(colourful()), EXPOSURES, channels="luma")
 
-    of_colours = bracket_evidence(frames, EXPOSURES, channels="luma")
 
-    assert list(of_colours.tables) == ["Y"]
-    assert same(of_colours, bracket_evidence(luma, EXPOSURES))
+def test_luma_of_grey_pixels_is_counted_as_one_channel() -> None:
+    grey = [frame.levels[..., 1] for frame in bracket(colourful())]
+    in_three = [frame_of(np.repeat(levels[..., np.newaxis], 3, axis=2)) for levels in grey]
+
+    of_three = bracket_evidence(in_three, EXPOSURES, channels="luma")
+
+    assert list(of_three.tables) == ["Y"]
+    assert same(of_three, bracket_evidence([frame_of(levels) for levels in grey], EXPOSURES))
 
 
 def same(one: BracketEvidence, other: BracketEvidence) -> bool:

@@ -123,7 +123,7 @@ def test_exact_exposures_give_the_curve_within_its_error_bars(name: str) -> None
     assert deviations(given)[1:-1].min() > 0
     assert deviations(given).max() < 0.03
     assert given.shape_std is not None
-    assert given.shape_std.max() < 0.01
+    assert given.shape_std[:-1].max() < 0.01
     assert 0 < given.white_std < 0.05
     assert given.flags == ()
     assert given.status is Status.CONVERGED

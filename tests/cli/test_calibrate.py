@@ -121,8 +121,7 @@ def test_frames_of_random_levels_are_refused_at_once(
 
     line = refusal("calibrate", *files, "--evidence", "noise")
 
-    assert line.startswith("frames 1 and 2 have hardly anything in common (correlation 0.0")
-    assert "they show different scenes" in line
+    assert line.startswith("frames 1 and 2 do not show the same scene")
 
 
 def test_frames_of_different_depth(shoot: Shoot, refusal: Refusal) -> None:

@@ -222,9 +222,9 @@ def test_without_rawpy_the_line_says_how_to_get_it(
     path = write_dng(tmp_path / "a.dng", mosaic)
     monkeypatch.setitem(sys.modules, "rawpy", None)
 
-    with pytest.raises(ImageError, match=r"a\.dng: .* pip install 'chartless\[raw\]'$"):
+    with pytest.raises(ImageError, match=r"a\.dng: .* pip install '\.\[raw\]'$"):
         read_raw(path)
-    with pytest.raises(ImageError, match=r"a\.dng: .* pip install 'chartless\[raw\]'$"):
+    with pytest.raises(ImageError, match=r"a\.dng: .* pip install '\.\[raw\]'$"):
         read_frame(path, raw=True)
 
 
