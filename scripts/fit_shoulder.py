@@ -42,11 +42,6 @@ def log_slopes(data: Path) -> Floats:
     return np.array([log_slopes_of(np.interp(wanted, f + trifle, light)) for f in curves])
 
 
-def without_shoulder() -> Floats:
-    """Covariance of the prior without the term that is fitted."""
-    return measured_prior(N_LEVELS).covariance - shoulder_covariance(N_LEVELS)
-
-
 def misfit(unknown: Floats, known: Floats, rows: Floats) -> float:
     """Minus ln of the probability of log slopes above `SPLIT` given those below."""
     deviation, length = np.exp(unknown)
@@ -87,11 +82,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("CHARTLESS_DATA", "data")))
     rows = log_slopes(parser.parse_args().data)
-    known = without_shoulder()
+    known = measured_prior(N_LEVELS).covariance
     found = minimize(misfit, np.zeros(2), args=(known, rows), method="Nelder-Mead")
     deviation, length = np.exp(found.x)
     print(f"deviation {deviation:.2f}, length {length:.2f}, of {len(rows)} cameras")
-    priors = {"without": known, "with": measured_prior(N_LEVELS).covariance}
+    priors = {"without": known, "with": measured_prior(N_LEVELS).with_shoulder().covariance}
     for name, covariance in priors.items():
         for last in LAST_SEEN:
             errors, deviations = white_errors(covariance, rows, last)

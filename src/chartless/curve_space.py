@@ -132,6 +132,12 @@ def free_curve(n_levels: int) -> FreeCurve:
     return FreeCurve(measured_prior(n_levels))
 
 
+@cache
+def free_curve_with_shoulder(n_levels: int) -> FreeCurve:
+    """Any curve, with that prior and shoulders of any hardness."""
+    return FreeCurve(measured_prior(n_levels).with_shoulder())
+
+
 @final
 class FamilyCurve(AbstractCurveSpace):
     """Members of a family, in whitened parameters: standard normal over measured cameras."""

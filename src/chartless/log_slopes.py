@@ -75,6 +75,14 @@ class CurvePrior:
         """Inverse of the covariance, shape (L, L)."""
         return np.asarray(np.linalg.inv(self.covariance), np.float64)
 
+    def with_shoulder(self) -> "CurvePrior":
+        """Return the same prior with shoulders of any hardness next to white.
+
+        For exposures, which show all levels but the last. To noise, which shows less, the term
+        would only be one more thing that is not known.
+        """
+        return CurvePrior(self.mean, self.covariance + shoulder_covariance(self.n_levels))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogSlopeBasis:
@@ -100,7 +108,6 @@ class LogSlopeBasis:
         relative = deviation / np.sqrt(np.mean(deviation**2))
         covariance += _ROUGHNESS**2 * np.outer(relative, relative) * matern
         covariance += _WHITE**2 * np.eye(n_levels)
-        covariance += shoulder_covariance(n_levels)
         return CurvePrior(mean, covariance)
 
 

@@ -15,7 +15,13 @@ from chartless.calibrators._base import (
     ChannelProgress,
 )
 from chartless.cooccurrence import Cooccurrence
-from chartless.curve_space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
+from chartless.curve_space import (
+    AbstractCurveSpace,
+    FamilyCurve,
+    FreeCurve,
+    free_curve,
+    free_curve_with_shoulder,
+)
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import ParameterError
 from chartless.exposure_likelihood import ExposureCounts
@@ -53,9 +59,10 @@ _POOR = 1.5
 # from what they are said to be; relative scatter above which they do not belong together.
 _UNSURE_EXPONENT, _FAR_OFF, _MUCH_SCATTER = 0.05, 3.0, 0.15
 _UNKNOWN = 0.5  # error of exposures above which they count as unknown
-# Deviation of ln γ that repeats cannot undercut: by how the noise between exposures was shaped, γ
-# moved by 0.01 to 0.02, on photographs and on scenes whose density is the inverse of light.
-_EXPONENT_LIMIT = 0.02
+# Deviation of ln γ that repeats cannot undercut: by how the noise between exposures and the shoulder
+# are taken, γ moved by 0.01 to 0.05, on photographs and on scenes whose density is the inverse of
+# light.
+_EXPONENT_LIMIT = 0.03
 # And where nothing but the prior tells γ (benchmarks/files.py, row unknown).
 _EXPONENT_BY_PRIOR = 0.3
 _OTHER_EXPOSURES = 0.05  # of ln t, against those given, so small that rounded shutters stay below
@@ -239,7 +246,7 @@ class LikelihoodSearch(AbstractCalibrator):
         on_mode: Callable[[int], None],
     ) -> Found:
         prior = self._prior(exposures.n_levels)
-        space = self._space(exposures.n_levels)
+        space = self._space(exposures.n_levels, shoulder=True)
         start = transfer_curve(exposures, prior)
         exposures = replace(exposures, own_noise=still is not None)
         noise = AffineNoise.from_8bit(*_QUIET_8BIT)
@@ -311,10 +318,12 @@ class LikelihoodSearch(AbstractCalibrator):
     def _prior(self, n_levels: int) -> CurvePrior:
         return self.prior or measured_prior(n_levels)
 
-    def _space(self, n_levels: int) -> AbstractCurveSpace:
+    def _space(self, n_levels: int, *, shoulder: bool = False) -> AbstractCurveSpace:
         if self.model is not None:
             return FamilyCurve(self.model, n_levels)
-        return free_curve(n_levels) if self.prior is None else FreeCurve(self.prior)
+        if self.prior is not None:
+            return FreeCurve(self.prior.with_shoulder() if shoulder else self.prior)
+        return free_curve_with_shoulder(n_levels) if shoulder else free_curve(n_levels)
 
 
 def _judged_pairs(response: Response, found: Found, fit: PairFit, posterior: Posterior) -> Response:
