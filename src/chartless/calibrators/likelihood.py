@@ -59,9 +59,9 @@ _POOR = 1.5
 # from what they are said to be; relative scatter above which they do not belong together.
 _UNSURE_EXPONENT, _FAR_OFF, _MUCH_SCATTER = 0.05, 3.0, 0.15
 _UNKNOWN = 0.5  # error of exposures above which they count as unknown
-# Deviation of ln γ that repeats cannot undercut: by how the noise between exposures and the shoulder
-# are taken, γ moved by 0.01 to 0.05, on photographs and on scenes whose density is the inverse of
-# light.
+# Deviation of ln γ that repeats cannot undercut: by how the noise between exposures and the
+# shoulder are taken, γ moved by 0.01 to 0.05, on photographs and on scenes whose density is the
+# inverse of light.
 _EXPONENT_LIMIT = 0.03
 # And where nothing but the prior tells γ (benchmarks/files.py, row unknown).
 _EXPONENT_BY_PRIOR = 0.3
