@@ -160,7 +160,9 @@ def test_exif_makes_a_bracket(extension: str, bracket: Bracket, chartless: Chart
     assert evidence(done) == "a bracket of 3 exposures, 1 to 16 by EXIF"
     (channel,) = done.json["channels"]
     truth = named_curve("srgb").response(np.linspace(0, 1, 1024))
-    assert np.sqrt(np.mean((channel["response_lut"] - truth) ** 2)) < 0.03
+    # Of JPEG white is left to the prior.
+    error = np.sqrt(np.mean((channel["response_lut"] - truth) ** 2))
+    assert error < (0.06 if extension == "jpg" else 0.03)
     assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES, rel=0.1)
     assert channel["exposures"]["exponent_error"] > 0
 
