@@ -76,8 +76,6 @@ class BracketEvidence:
     """One for each exposure and the next, their levels brought together."""
     overlaps: tuple[float, ...]
     """Share of usable pixels that are neither black nor white in an exposure and the next."""
-    white_error: float
-    """See `ExposureCounts.white_error`."""
     brightenings: tuple[float, ...]
     """ln of the level of such pixels in the next exposure over that in an exposure, where that
     differs most; NaN if there are too few."""
@@ -89,6 +87,8 @@ class BracketEvidence:
     """Whether exposures show one scene and how far they are displaced; None if not compared."""
     aligned: bool = True
     """Whether levels were compared pixel by pixel."""
+    white_error: float = 0.0
+    """See `ExposureCounts.white_error`."""
 
     def held_at(self, log_exposures: Floats) -> "BracketEvidence":
         """Return the same evidence with other exposures that count as exact."""
