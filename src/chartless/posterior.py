@@ -378,6 +378,7 @@ def integrated(
     share: float,
     *,
     others: Sequence[list[Mode]] = (),
+    skewed: bool = False,
 ) -> Posterior:
     """Posterior mean and deviations over modes along the ridge, each by its evidence.
 
@@ -389,6 +390,8 @@ def integrated(
         Weight of the pairs' evidence, see `ridge_share`.
     others : sequence of lists of Mode, optional
         Of other channels with the same ratio of the noise parameters: their pairs tell it too.
+    skewed : bool
+        Whether mean and deviation of a single mode are those of draws, see `drawn_curves`.
     """
     log_ratios = np.log([mode.ratio for mode in modes])
     evidence = np.array([_weighted(mode, share) for mode in modes])
@@ -403,7 +406,7 @@ def integrated(
     coordinates = np.array([mode.state.coordinates[:n_coordinates] for mode in modes])
     covariances = np.array([covariance_of(mode, slice(n_coordinates)) for mode in modes])
     share_of_mode = np.eye(len(modes))
-    if len(modes) == 1 and isinstance(space, FreeCurve):
+    if skewed and len(modes) == 1 and isinstance(space, FreeCurve):
         draws = drawn_curves(modes, np.ones(1), space)
         curves[0], curve_variances[0] = draws.mean(axis=0), draws.var(axis=0)
     if len(modes) > 1:

@@ -281,7 +281,13 @@ class LikelihoodSearch(AbstractCalibrator):
         return Found(space, modes, 1.0, still, exposures)
 
     def _response(self, channel: str, found: Found, others: list[list[Mode]]) -> Response:
-        posterior = integrated(found.modes, found.space, found.share, others=others)
+        posterior = integrated(
+            found.modes,
+            found.space,
+            found.share,
+            others=others,
+            skewed=found.exposures is not None,
+        )
         best = posterior.best
         slope, floor = np.exp(posterior.log_noise)
         curve: AbstractCurve = SampledCurve.from_inverse(posterior.inverse)
