@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from PIL import Image
 from scipy.ndimage import gaussian_filter, rotate
 
 from chartless.bracket_screening import exposure_rows, screen_bracket
@@ -230,6 +231,19 @@ def test_views_that_share_a_part_only_are_refused_unaligned() -> None:
 
     with pytest.raises(UnfitFramesError, match="displaced by 50 pixels: give exposures that show"):
         screen_bracket(bracket_evidence(frames, TIMES[:2], aligned=False))
+
+
+@pytest.mark.parametrize("quality", [80, 95])
+def test_a_long_exposure_that_is_mostly_white_is_not_darker(quality: int, tmp_path: Path) -> None:
+    """Lossy files lose what lies near white, and with it their brightest pixels."""
+    frames = []
+    for place in range(3):
+        path = tmp_path / f"{place}.jpg"
+        levels = np.repeat(shot(scene(10), 4.0 ** (place + 2))[..., np.newaxis], 3, axis=2)
+        Image.fromarray(levels).save(path, quality=quality, subsampling=2)
+        frames.append(read_frame(path))
+
+    screen_bracket(bracket_evidence(frames, TIMES))
 
 
 # Real pictures

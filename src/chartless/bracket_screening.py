@@ -8,7 +8,7 @@ from chartless.errors import UnfitFramesError
 from chartless.exposures import LEAST_STEP, BracketEvidence
 from chartless.flags import Flag
 from chartless.screening import GOOD_COVERAGE, LEAST_COVERAGE, SUSPICIOUS
-from chartless.types import Counts, JsonObject
+from chartless.types import Counts, Floats, JsonObject
 
 MOST_CLIPPED = 0.995
 """Share of black and white pixels above which an exposure is of no use."""
@@ -139,9 +139,7 @@ def _displacement(evidence: BracketEvidence, place: int) -> float | None:
 def _require_order(evidence: BracketEvidence) -> None:
     """Refuse times that contradict the pictures."""
     order = np.argsort(evidence.log_exposures, kind="stable")
-    for counts in evidence.histograms.values():
-        levels = np.arange(counts.shape[1])
-        mean = counts @ levels / np.maximum(counts.sum(axis=1), 1)
+    for mean in _brightness(evidence):
         for shorter, longer in pairwise(order):
             if mean[longer] < _DARKER * mean[shorter]:
                 _refuse_order(evidence, int(longer), int(shorter), "is darker")
@@ -151,6 +149,20 @@ def _require_order(evidence: BracketEvidence) -> None:
         if shows and abs(step) > LEAST_STEP and rise / step < _LEAST_RISE:
             longer, shorter = (place + 1, place) if step > 0 else (place, place + 1)
             _refuse_order(evidence, longer, shorter, "is hardly brighter")
+
+
+def _brightness(evidence: BracketEvidence) -> list[Floats]:
+    """Mean levels of the exposures, shape (K,) each.
+
+    Of the whole frames where these were compared: histograms lack what lies near white in lossy
+    files, most of it in the longest exposures.
+    """
+    if evidence.scenes is not None:
+        return [np.array(evidence.scenes.brightness)]
+    return [
+        counts @ np.arange(counts.shape[1]) / np.maximum(counts.sum(axis=1), 1)
+        for counts in evidence.histograms.values()
+    ]
 
 
 def _refuse_order(evidence: BracketEvidence, longer: int, shorter: int, how: str) -> None:

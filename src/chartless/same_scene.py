@@ -75,8 +75,9 @@ class Glimpse:
 
     @property
     def brightness(self) -> float:
-        """Mean level."""
-        return float(self.pictures[-1].mean())
+        """Mean level where the mask is; 0 if it is nowhere."""
+        used = self.pictures[-1][self.usable[-1]]
+        return float(used.mean()) if used.size else 0.0
 
     @property
     def is_flat(self) -> bool:
@@ -171,6 +172,8 @@ class SceneChain:
     """Numbers of the frames from the darkest to the brightest."""
     matches: tuple[SceneMatch, ...]
     """Of each in this order with the next."""
+    brightness: tuple[float, ...]
+    """Mean level of each frame, as given; pixels near white count too."""
     width: float
     """Larger side of the frames, in pixels."""
     radius: float
@@ -194,11 +197,12 @@ class SceneChain:
 
 def chained(glimpses: Sequence[Glimpse]) -> SceneChain:
     """Compare each frame with the next brighter one: these have most in common."""
-    order = sorted(range(len(glimpses)), key=lambda place: glimpses[place].brightness)
+    brightness = tuple(each.brightness for each in glimpses)
+    order = sorted(range(len(glimpses)), key=brightness.__getitem__)
     matches = [compare_scenes(glimpses[a], glimpses[b]) for a, b in pairwise(order)]
     first = glimpses[0]
     width = float(max(first.pictures[0].shape) * first.factor)
-    return SceneChain(tuple(order), tuple(matches), width, first.radius)
+    return SceneChain(tuple(order), tuple(matches), brightness, width, first.radius)
 
 
 def _compared(first: Glimpse, second: Glimpse) -> SceneMatch:

@@ -163,7 +163,11 @@ def test_exif_makes_a_bracket(extension: str, bracket: Bracket, chartless: Chart
     # Of JPEG white is left to the prior.
     error = np.sqrt(np.mean((channel["response_lut"] - truth) ** 2))
     assert error < (0.06 if extension == "jpg" else 0.03)
-    assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES, rel=0.1)
+    # And exposures of small JPEGs are refined too far, which is flagged.
+    if extension == "jpg":
+        assert "exposures-off" in channel["flags"]
+    else:
+        assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES, rel=0.1)
     assert channel["exposures"]["exponent_error"] > 0
 
 
