@@ -9,7 +9,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 import urllib.request
 from collections.abc import Callable, Iterator
@@ -31,10 +30,10 @@ _PROGRAM = [sys.executable, "-m", "chartless"]
 class Server:
     """A running program, its temporary files in a folder of their own."""
 
-    def __init__(self, process: subprocess.Popen[str], folder: Path) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], folder: Path) -> None:
         self.process, self.folder = process, folder
         assert process.stdout is not None
-        self.line = process.stdout.readline()
+        self.line = process.stdout.readline().decode()
 
     @property
     def client(self) -> Client:
@@ -45,8 +44,12 @@ class Server:
     def end(self, number: int) -> tuple[int, str, str]:
         """Status and output after a signal."""
         self.process.send_signal(number)
+        return self.rest()
+
+    def rest(self) -> tuple[int, str, str]:
+        """Status and the output that was not read yet, at its end."""
         out, err = self.process.communicate(timeout=PATIENCE)
-        return self.process.returncode, out, err
+        return self.process.returncode, out.decode(), err.decode()
 
     def is_cleared(self) -> bool:
         """Whether soon nothing is left: no files, and no process that works there."""
@@ -69,17 +72,17 @@ def workers(folder: Path) -> Iterator[int]:
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Start]:
-    started: list[subprocess.Popen[str]] = []
+    started: list[subprocess.Popen[bytes]] = []
 
-    def run(*arguments: str) -> Server:
+    def run(*arguments: str, **environment: str) -> Server:
         folder = tmp_path / "temporary"
         folder.mkdir(exist_ok=True)
         process = subprocess.Popen(
             [*_PROGRAM, "serve", "--no-browser", *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "TMPDIR": str(folder)},
+            bufsize=0,  # what a line read ahead would be lost to communicate()
+            env=os.environ | {"TMPDIR": str(folder)} | environment,
         )
         started.append(process)
         return Server(process, folder)
@@ -316,9 +319,9 @@ def test_a_port_in_use(start: Start) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         server = start("--port", str(port))
-        out, err = server.process.communicate(timeout=PATIENCE)
+        status, out, err = server.rest()
 
-    assert server.process.returncode == 2
+    assert status == 2
     assert server.line + out == ""
     assert err.startswith(f"chartless: error: cannot listen on 127.0.0.1, port {port}")
     assert err.count("\n") == 1
@@ -328,9 +331,9 @@ def test_a_port_in_use(start: Start) -> None:
 @pytest.mark.parametrize("host", ["no.such.host.invalid", "8.8.8.8", "a" * 300])
 def test_an_address_of_another_computer(start: Start, host: str) -> None:
     server = start("--host", host)
-    _, err = server.process.communicate(timeout=PATIENCE)
+    status, _, err = server.rest()
 
-    assert server.process.returncode == 2
+    assert status == 2
     assert err.startswith("chartless: error: ")
     assert err.count("\n") == 1
 
@@ -347,18 +350,12 @@ def test_without_its_extra_it_says_what_to_install() -> None:
     assert run.stderr.count("\n") == 1
 
 
-def test_a_browser_that_does_not_open_is_no_error(start: Start, tmp_path: Path) -> None:
-    server_environment = {**os.environ, "BROWSER": "/does/not/exist %s", "TMPDIR": str(tmp_path)}
-    with subprocess.Popen(
-        [*_PROGRAM, "serve"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=server_environment,
-    ) as process:  # fmt: skip
-        server = Server(process, Path(tempfile.mkdtemp(dir=tmp_path)))
-        time.sleep(1)
-        assert server.client.ask("GET", "/").status == 200
-        status, _, _ = server.end(signal.SIGINT)
+def test_a_browser_that_does_not_open_is_no_error(start: Start) -> None:
+    server = start("--browser", BROWSER="/does/not/exist %s")
+    time.sleep(1)
 
-    assert status == 0
+    assert server.client.ask("GET", "/").status == 200
+    assert server.end(signal.SIGINT)[0] == 0
 
 
 def test_its_help_has_examples() -> None:
