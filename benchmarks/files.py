@@ -1,7 +1,8 @@
 """Brackets and bursts as files: what compression, white and hard shoulders do to a calibration.
 
     python benchmarks/files.py [--rivals PYTHON] [--answers FILE.npz] [--data FOLDER]
-                               [--n CASES] [--formats png,jpeg95,...] [--kinds bracket,...] [--json]
+                               [--n CASES] [--skip CASES] [--formats png,jpeg95,...]
+                               [--kinds bracket,...] [--json]
 
 Data are in FOLDER, or in the one that CHARTLESS_DATA names. PYTHON is that of an environment with
 the packages in `rivals.txt`; without it only chartless is measured.
@@ -14,8 +15,8 @@ under test. Noise is that of a sensor of 10,000 electrons that is read with 6.
 
 bracket    five exposures two stops apart, a middle grey of 0.18 in the middle one, exposures given
 unknown    the same with --times unknown
+exif       the same, exposures known as well as EXIF tells them
 unaligned  the same, levels matched by rank
-luma       the same with --channels luma
 burst      two frames of the middle exposure, noise of 1,000 electrons read with 6
 
 Every file is written and read again: PNG, or JPEG of a quality with or without reduced chroma
@@ -24,6 +25,7 @@ Every file is written and read again: PNG, or JPEG of a quality with or without 
 shape      root mean square of f(s x) − y at the best scale s, as in `brackets.py`
 light      root mean square of g − truth over the levels, no scale
 white      how far ln g is off at a brightness of 0.8: the error of the scale
+white band the deviation that the calibration claims for that
 band       the root mean square that the calibration claims for g
 cover      share of levels 1 … 254 at which the truth lies within two deviations of g
 for shape  the same of g/g(level of the scale): what the band of the shape is worth
@@ -47,6 +49,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +68,8 @@ from chartless.experiments.noise import curve_prior
 from chartless.images import read_values
 from chartless.log_slopes import CurvePrior
 from chartless.noise import AffineNoise
+from chartless.plan import EXIF_ERROR
+from chartless.response import Response
 from chartless.types import Floats, JsonObject, Levels
 from chartless.verdict import verdict
 
@@ -75,10 +80,11 @@ GREY = 0.18
 NOISE = AffineNoise(1 / 10_000, (6 / 10_000) ** 2)
 HIGH_ISO = AffineNoise(1 / 1_000, (6 / 1_000) ** 2)
 FORMATS = ("png", "jpeg100", "jpeg95", "jpeg95-420", "jpeg90-420", "jpeg80-420", "regrid")
-KINDS = ("bracket", "unknown", "unaligned", "luma", "burst")
+KINDS = ("bracket", "exif", "unknown", "unaligned", "burst")
 CHANNELS = "RGB"
 WRONG = 0.02
 """Error of light from which a calibration that is called good is wrong."""
+MEDIANS = ("shape", "light", "white", "white_band", "band", "cover")
 REFERENCE = 0.8
 """Brightness at which the scale is compared."""
 
@@ -219,8 +225,8 @@ class Shot:
         settings: dict[str, JsonObject] = {
             "bracket": {"times": TIMES},
             "unknown": {"times": "unknown"},
+            "exif": {"times": TIMES, "time_error": EXIF_ERROR},
             "unaligned": {"times": TIMES, "aligned": False},
-            "luma": {"times": TIMES, "channels": "luma"},
             "burst": {},
         }
         return {**settings[self.kind], "method": LikelihoodSearch(prior=self.case.prior)}
@@ -254,8 +260,8 @@ class Measured:
     shape: float
     light: float
     white: float
+    white_band: float
     band: float
-    white_band: float | None
     cover: float
     cover_shape: float
 
@@ -266,8 +272,9 @@ def scale_of(inverse: Floats, truth: Floats) -> float:
     return float(np.log(inverse[place] / truth[place]))
 
 
-def measured(case: Case, channel: int, inverse: Floats, std: Floats | None) -> Measured:
-    """Errors of an inverse response, shape (256,)."""
+def measured(case: Case, channel: int, response: Response) -> Measured:
+    """Errors of a channel."""
+    inverse, std = response.inverse_lut, response.inverse_lut_std
     truth = case.truth(channel)
     grid = np.linspace(0.0, 1.0, 1024)
     curve = Truth(grid, case.curves[channel].response(grid), np.zeros(1024, dtype=np.intp))
@@ -280,8 +287,8 @@ def measured(case: Case, channel: int, inverse: Floats, std: Floats | None) -> M
         shape=error(inverse, curve),
         light=float(np.sqrt(np.mean((inverse - truth) ** 2))),
         white=abs(scale),
+        white_band=float("nan") if response.white_std is None else response.white_std,
         band=float(np.sqrt(np.mean(known**2))),
-        white_band=None,
         cover=float(np.mean(off <= 2 * known[inner])),
         cover_shape=float(np.mean(off_shape <= 2 * known[inner])),
     )
@@ -296,11 +303,9 @@ def calibrated(shot: Shot) -> Calibration | str:
 
 
 def channel_truths(shot: Shot, calibration: Calibration) -> list[Measured]:
-    """Errors of all channels; luma is compared with green."""
-    places = [1] if len(calibration.channels) == 1 else range(3)
+    """Errors of all channels."""
     return [
-        measured(shot.case, place, response.inverse_lut, response.inverse_lut_std)
-        for place, response in zip(places, calibration.channels, strict=True)
+        measured(shot.case, place, response) for place, response in enumerate(calibration.channels)
     ]
 
 
@@ -322,6 +327,11 @@ def ours(shot: Shot) -> JsonObject:
         "verdict": verdict(found.channels).grade.value,
         "reason": str(verdict(found.channels)),
         "flags": sorted({flag.code for each in found.channels for flag in each.flags}),
+        "stops": [
+            float(np.ptp(np.log2(each.exposures.relative)))
+            for each in found.channels
+            if each.exposures is not None
+        ],
         "channels": [
             {name: getattr(each, name) for name in Measured.__dataclass_fields__}
             for each in channel_truths(shot, found)
@@ -340,7 +350,10 @@ def row(results: Sequence[JsonObject]) -> JsonObject:
     good = [result for result in results if result["verdict"] == "good"]
     wrong = sum(max(each["light"] for each in result["channels"]) > WRONG for result in good)
     return {
-        **{name: middle(name) for name in ("shape", "light", "white", "band", "cover")},
+        **{
+            name: middle(name)
+            for name in ("shape", "light", "white", "white_band", "band", "cover")
+        },
         "cover shape": middle("cover_shape"),
         "mean cover": float(np.mean([each["cover"] for each in channels] or [float("nan")])),
         "worst shape": max((each["shape"] for each in channels), default=float("nan")),
@@ -382,11 +395,11 @@ def print_page(rows: dict[str, dict[str, JsonObject]], peers: dict[str, JsonObje
     """Everything, aligned."""
     for kind, forms in rows.items():
         print(f"\n{kind}")
-        names = ["shape", "worst shape", "light", "worst light", "white", "band"]
+        names = ["shape", "worst shape", "light", "worst light", "white", "white_band", "band"]
         counts = ["good", "usable with care", "do not trust", "refused", "wrong"]
         head = [
-            *names, "cover", "mean cover", "for shape", "good", "care", "distrust", "refused",
-            "wrong", "seconds",
+            *(name.replace("_", " ") for name in names), "cover", "mean cover", "for shape",
+            "good", "care", "distrust", "refused", "wrong", "seconds",
         ]  # fmt: skip
         table = [["", *head]]
         for form, own in forms.items():
@@ -413,6 +426,7 @@ def main() -> None:
     parser.add_argument("--rivals")
     parser.add_argument("--answers", type=Path)
     parser.add_argument("--n", type=int, default=16)
+    parser.add_argument("--skip", type=int, default=0)
     parser.add_argument("--formats", default=",".join(FORMATS))
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--json", action="store_true")
@@ -421,7 +435,7 @@ def main() -> None:
     results: list[JsonObject] = []
     asked: list[Shot] = []
     with tempfile.TemporaryDirectory() as folder:
-        for case in cases(options.data, options.n):
+        for case in islice(cases(options.data, options.skip + options.n), options.skip, None):
             own = list(shots(case, kinds, forms, Path(folder)))
             asked += own
             results += [ours(shot) for shot in own]
