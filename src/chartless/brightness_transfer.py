@@ -80,7 +80,7 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     products = factor[:, :, np.newaxis] * factor[:, np.newaxis]
 
     # All irradiances alike and all exposures too would follow any transfer function.
-    free = 0 < counts.exposure_error < _HELD
+    free = 0 < counts.exposure_error < _HELD and not counts.held
     precision = np.zeros((size, size))
     precision[:n_levels, :n_levels] = prior.precision
     diagonal = np.arange(n_levels, size)

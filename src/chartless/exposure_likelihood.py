@@ -146,6 +146,9 @@ class ExposureCounts:
     """Logarithms ln t of the exposures, shape (K,), as far as known."""
     exposure_error: float = 0.0
     """Deviation of the logarithms of the exposures; 0 if they are exact."""
+    held: bool = False
+    """Whether exposures stay as they are said to be, although they err: counts of lossy files know
+    less of them."""
     white_error: float = 0.0
     """Relative deviation of the light at white beyond what the counts tell, where clipping could
     not be kept apart from levels."""
@@ -156,6 +159,11 @@ class ExposureCounts:
     def n_levels(self) -> int:
         """L."""
         return len(self.tables[0].counts)
+
+    @property
+    def lossy(self) -> bool:
+        """Whether files were compressed with loss."""
+        return any(table.margin > 0 for table in self.tables)
 
     @property
     def forward(self) -> tuple[Comparagram, ...]:
@@ -197,6 +205,11 @@ class ExposureCounts:
         deviations[0] = SCATTER_SPREAD
         deviations[1 : self.first_change] = TYPICAL_SPREAD
         return np.diag(1 / deviations**2)
+
+    @property
+    def own_held(self) -> Bools:
+        """Which of them the counts do not move, shape (N,)."""
+        return self.held & (np.arange(self.own_mean.size) >= self.first_change)
 
     @property
     def first_change(self) -> int:

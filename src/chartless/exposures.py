@@ -89,6 +89,17 @@ class BracketEvidence:
     """Whether levels were compared pixel by pixel."""
     white_error: float = 0.0
     """See `ExposureCounts.white_error`."""
+    exposures_held: bool = False
+    """See `ExposureCounts.held`."""
+
+    @property
+    def lossy(self) -> bool:
+        """Whether files were compressed with loss."""
+        return any(table.margin > 0 for table in next(iter(self.tables.values())))
+
+    def held(self) -> "BracketEvidence":
+        """Return the same evidence, exposures to stay as they are said to be, with their error."""
+        return replace(self, exposures_held=True)
 
     def held_at(self, log_exposures: Floats) -> "BracketEvidence":
         """Return the same evidence with other exposures that count as exact."""
@@ -104,8 +115,9 @@ class BracketEvidence:
         return ExposureCounts(
             self.tables[channel],
             self.log_exposures,
-            self.exposure_error,
-            self.white_error,
+            exposure_error=self.exposure_error,
+            held=self.exposures_held,
+            white_error=self.white_error,
         )
 
 

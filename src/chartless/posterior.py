@@ -25,7 +25,7 @@ from chartless.likelihood import DARK_PIXELS, PairCounts
 from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
 from chartless.stabilised import log_extent, warped
 from chartless.terms import AbstractFit, AbstractTerm, PairFit
-from chartless.types import Floats
+from chartless.types import Bools, Floats
 
 PAIR_WEIGHT = 0.2
 """Of a pair of pixels in the likelihood."""
@@ -125,6 +125,9 @@ def maximise(
     # At fixed r, ln u and ln v move together.
     mix = np.ones((1, 2)) if hold_ratio else np.eye(2)
     prior = _Prior(space, terms, mix)
+    held = np.concatenate(
+        [np.zeros(space.mean.size + len(mix), dtype=bool), *(term.own_held for term in terms)]
+    )
     state = start
     fits = _fits(terms, space, state)
     value = _value(fits) + prior.log_density(state)
@@ -137,6 +140,8 @@ def maximise(
         bent[: state.coordinates.size] = 0.0
         gradient += prior.gradient(state)
         information += prior.precision
+        whole = information
+        gradient, information = _without(held, gradient, whole)
         diagonal = np.diag(information).copy()
         for _ in range(_MOST_TRIALS):
             damped = information.copy()
@@ -161,6 +166,8 @@ def maximise(
         if settled:  # the information has hardly changed since
             break
         damping = max(damping / 8, 1e-9)
+    if held.any():
+        information = _cut(whole, held, prior.precision)
     factor = cholesky(information, lower=True, check_finite=False)
     return Mode(
         state=state,
@@ -173,6 +180,32 @@ def maximise(
         steps=steps,
         settled=settled,
     )
+
+
+def _without(held: Bools, gradient: Floats, information: Floats) -> tuple[Floats, Floats]:
+    """Gradient and information by which what is held does not move, and nothing moves with it."""
+    if not held.any():
+        return gradient, information
+    free = ~held
+    return np.where(free, gradient, 0.0), np.where(
+        np.logical_and.outer(free, free), information, np.diag(np.diag(information))
+    )
+
+
+def _cut(information: Floats, held: Bools, prior: Floats) -> Floats:
+    r"""Precision where what is held keeps its prior and the rest follows it.
+
+    If t is held with the precision Λ and the rest is c, the counts tell c given t alone: its
+    covariance becomes :math:`H_{cc}^{-1} + H_{cc}^{-1} H_{ct} Λ^{-1} H_{tc} H_{cc}^{-1}`, as if
+    the information on t were :math:`Λ + H_{tc} H_{cc}^{-1} H_{ct}` ("cutting feedback": Plummer
+    2015, doi:10.1007/s11222-014-9503-z).
+    """
+    free = ~held
+    with_held = information[np.ix_(free, held)]
+    solved = cho_solve(cho_factor(information[np.ix_(free, free)], lower=True), with_held)
+    precision = information.copy()
+    precision[np.ix_(held, held)] = prior[np.ix_(held, held)] + with_held.T @ solved
+    return precision
 
 
 class _Prior:

@@ -4,17 +4,24 @@ Each channel finds exposures of its own, where these are not exact, and with the
 curve: two channels that differ in it are a cast of colour that changes with brightness. But the
 shutter was one. So channels are estimated twice: first each with its own exposures, then all with
 the median of what they found.
+
+Lossy files tell exposures worse than a shutter does: ratios come out 1 to 3 % off, and much surer
+than that (benchmarks/files.py, row exif). Where exposures are given, they stay as given; what they
+err by goes to the band, and what the files say of them to a flag (docs/design/0011-jpeg.md).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chartless.exposures import BracketEvidence
 from chartless.flags import Flag
 from chartless.response import Response
 from chartless.types import Floats
 
+LOSSY_ERROR = 0.05
+"""Of ln of exposures, given for lossy files: where they are said to err by less, they stay."""
 _KEPT = (Flag.EXPONENT_UNKNOWN, Flag.EXPOSURES_OFF)
 
 
@@ -38,10 +45,40 @@ class SharedExposures:
             The same channel with exposures of its own.
         """
         assert response.exposures is not None
-        flags = [flag for flag in alone.flags if flag in _KEPT]
         exposures = replace(response.exposures, exponent_error=self.exponent_error)
         shared = replace(response, exposures=exposures).with_exponent_error(self.exponent_error)
-        return shared.with_flags(*flags)
+        return _with_flags_of_exposures(shared, alone)
+
+
+def with_shared_exposures(
+    estimates: Callable[[BracketEvidence | None], tuple[Response, ...]],
+    bracket: BracketEvidence | None,
+) -> tuple[Response, ...]:
+    """Channels estimated one by one and, where exposures are not exact, again with common ones.
+
+    Parameters
+    ----------
+    estimates : callable
+        Given a bracket, returns all channels.
+    bracket : BracketEvidence, optional
+        Without, nothing is shared.
+    """
+    alone = estimates(bracket)
+    if bracket is None or bracket.exposure_error == 0:
+        return alone
+    if bracket.lossy and bracket.exposure_error < LOSSY_ERROR:
+        again = estimates(bracket.held())
+        return tuple(map(_with_flags_of_exposures, again, alone))
+    shared = shared_exposures(alone)
+    if shared is None:
+        return alone
+    again = estimates(bracket.held_at(shared.log_exposures))
+    return tuple(map(shared.taken_by, again, alone))
+
+
+def _with_flags_of_exposures(response: Response, alone: Response) -> Response:
+    """Response with what the same channel, with exposures of its own, said of them."""
+    return response.with_flags(*(flag for flag in alone.flags if flag in _KEPT))
 
 
 def shared_exposures(channels: Sequence[Response]) -> SharedExposures | None:

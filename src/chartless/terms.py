@@ -16,7 +16,7 @@ from chartless.exposure_likelihood import ExposureCounts, ExposureModel
 from chartless.likelihood import Expansion, PairCounts, PairModel, Scene, scene_precision
 from chartless.noise import AffineNoise
 from chartless.stabilised import warped
-from chartless.types import Floats
+from chartless.types import Bools, Floats
 
 
 class AbstractFit(ABC):
@@ -54,6 +54,11 @@ class AbstractTerm(ABC):
     @abstractmethod
     def own_precision(self) -> Floats:
         """Inverse of their prior covariance, shape (N, N)."""
+
+    @property
+    def own_held(self) -> Bools:
+        """Own unknowns that stay at their mean, shape (N,): what else is found errs with them."""
+        return np.zeros(self.own_mean.size, dtype=bool)
 
     @abstractmethod
     def fit(self, edges: Floats, noise: AffineNoise, own: Floats) -> AbstractFit:
@@ -146,6 +151,11 @@ class ExposureTerm(AbstractTerm):
     @override
     def own_precision(self) -> Floats:
         return self.counts.own_precision
+
+    @property
+    @override
+    def own_held(self) -> Bools:
+        return self.counts.own_held
 
     @override
     def fit(self, edges: Floats, noise: AffineNoise, own: Floats) -> "ExposureFit":

@@ -30,7 +30,7 @@ from chartless.raw_blocks import RawEvidence, raw_evidence
 from chartless.raw_screening import screen_raw
 from chartless.response import Response
 from chartless.screening import screen
-from chartless.shared_exposures import shared_exposures
+from chartless.shared_exposures import with_shared_exposures
 from chartless.still import ENOUGH, still_evidence
 from chartless.types import JsonObject, Levels
 
@@ -200,7 +200,7 @@ def calibrate(
                 progress=None if progress is None else partial(progress, "estimating"),
             )
         else:
-            responses = _with_shared_exposures(estimates, bracket)
+            responses = with_shared_exposures(estimates, bracket)
     if noise is None and n_levels > MOST_LEVELS:
         responses = tuple(each.at_levels(n_levels) for each in responses)
     responses = tuple(each.with_flags(*read.flags[each.name]) for each in responses)
@@ -225,19 +225,6 @@ def calibrate(
             remarks=[*_repeats_left_out(read), *_raw_noise(read)],
         ),
     )
-
-
-def _with_shared_exposures(
-    estimates: Callable[[BracketEvidence | None], tuple[Response, ...]],
-    bracket: BracketEvidence | None,
-) -> tuple[Response, ...]:
-    """Channels estimated one by one and, where exposures are not exact, again with common ones."""
-    alone = estimates(bracket)
-    shared = None if bracket is None else shared_exposures(alone)
-    if bracket is None or shared is None:
-        return alone
-    again = estimates(bracket.held_at(shared.log_exposures))
-    return tuple(map(shared.taken_by, again, alone))
 
 
 def _calibrator(

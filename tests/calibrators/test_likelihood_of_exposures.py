@@ -17,6 +17,7 @@ from scipy.optimize import minimize_scalar
 from chartless.calibrators import LikelihoodSearch
 from chartless.calibrators.likelihood import _exposures_found
 from chartless.cooccurrence import Cooccurrence, level_table
+from chartless.curve_space import free_curve_with_shoulder
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
 from chartless.errors import ParameterError
 from chartless.exposure_likelihood import ExposureCounts
@@ -27,7 +28,7 @@ from chartless.images import read_frame
 from chartless.log_slopes import measured_prior
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.posterior import maximise
+from chartless.posterior import Mode, at_levels, covariance_of, deviations_at_levels, maximise
 from chartless.response import Response, Status, rmse
 from chartless.simulate import simulate_frames
 from chartless.terms import ExposureTerm
@@ -185,6 +186,38 @@ def test_two_runs_are_equal_to_the_last_bit() -> None:
 
 
 # Nearly known
+
+
+@pytest.mark.parametrize("name", ["srgb", "gamma", "linear"])
+def test_exposures_that_are_held_stay_and_widen_the_band_by_what_they_err(name: str) -> None:
+    """As much as curves for other exposures are elsewhere."""
+    error = 0.02
+    counts = bracket(name, error=error, n_levels=FEW)
+
+    def search(**how: Any) -> tuple[Floats, Mode]:
+        given = replace(counts, **{"exposure_error": 0.0, **how})
+        (mode,) = LikelihoodSearch().search(exposures=given).modes
+        return at_levels(mode.edges), mode
+
+    def variances(mode: Mode) -> Floats:
+        space = free_curve_with_shoulder(FEW)
+        covariance = covariance_of(mode, slice(mode.state.coordinates.size))
+        pull = space.pull(mode.state.coordinates)
+        return deviations_at_levels(pull, covariance, FEW) ** 2
+
+    exact_curve, exact = search()
+    curve, held = search(held=True, exposure_error=error)
+    moved = [
+        (search(log_exposures=counts.log_exposures + step)[0] - exact_curve) / 0.01
+        for step in 0.01 * np.eye(len(EXPOSURES))
+    ]
+
+    np.testing.assert_allclose(held.state.own[0][-len(EXPOSURES) :], 0.0, atol=1e-9)
+    np.testing.assert_allclose(curve, exact_curve, atol=1e-4)
+    expected = np.sqrt(variances(exact) + error**2 * np.sum(np.square(moved), axis=0))
+    inner = slice(4, -4)
+    np.testing.assert_allclose(np.sqrt(variances(held))[inner], expected[inner], rtol=0.15)
+    assert np.median(np.sqrt(variances(held)[inner] / variances(exact)[inner])) > 1.3
 
 
 @pytest.mark.parametrize("name", CURVES)

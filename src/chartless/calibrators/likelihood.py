@@ -65,7 +65,9 @@ _UNKNOWN = 0.5  # error of exposures above which they count as unknown
 _EXPONENT_LIMIT = 0.03
 # And where nothing but the prior tells γ (benchmarks/files.py, row unknown).
 _EXPONENT_BY_PRIOR = 0.3
-_OTHER_EXPOSURES = 0.05  # of ln t, against those given, so small that rounded shutters stay below
+# Of ln t, against those given, so small that rounded shutters stay below; and as a share of the
+# extent of ln t, where lossy files are 3 % off though exposures are right.
+_OTHER_EXPOSURES, _OTHER_BY_LOSSY = 0.05, 0.1
 _QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
 _FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
 _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
@@ -372,13 +374,11 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
     log_exposures, error = _exposures_found(counts, found.modes, weights)
     unknown = counts.exposure_error > _UNKNOWN
     least = 0.0
+    if counts.lossy and counts.exposure_error > 0 and not counts.held:
+        least = _EXPONENT_LIMIT
     if unknown:
         least = _EXPONENT_BY_PRIOR if found.still is None else _EXPONENT_LIMIT
-        error = float(np.hypot(error, least))
-    changes = log_exposures - counts.log_exposures
-    exact = counts.exposure_error == 0
-    off = 0.0 if exact else float(np.ptp(changes)) / 2 / counts.exposure_error
-    far = not unknown and float(np.ptp(changes)) > _OTHER_EXPOSURES
+    error = float(np.hypot(error, least))
     scatter = float(np.exp(weights @ [mode.state.own[0][0] for mode in found.modes]))
     relative = np.exp(log_exposures - log_exposures.min())
     judged = replace(
@@ -392,10 +392,19 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
     judged = judged.with_exponent_error(least).with_white_error(counts.white_error)
     doubts = (
         (Flag.EXPONENT_UNKNOWN, (unknown and found.still is None) or error > _UNSURE_EXPONENT),
-        (Flag.EXPOSURES_OFF, off > _FAR_OFF or far),
+        (Flag.EXPOSURES_OFF, _are_off(counts, log_exposures)),
         (Flag.SCATTER, scatter > _MUCH_SCATTER),
     )
     return judged.with_flags(*(flag for flag, holds in doubts if holds))
+
+
+def _are_off(counts: ExposureCounts, found: Floats) -> bool:
+    """Whether ln of the exposures found is not what was given."""
+    off = float(np.ptp(found - counts.log_exposures))
+    most = 2 * _FAR_OFF * counts.exposure_error
+    if counts.lossy:
+        return off > max(most, _OTHER_BY_LOSSY * float(np.ptp(counts.log_exposures)))
+    return off > (most if counts.exposure_error > _UNKNOWN else min(most, _OTHER_EXPOSURES))
 
 
 def _divided(response: Response, found: Found, weights: Floats) -> Response:

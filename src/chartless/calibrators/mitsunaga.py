@@ -53,7 +53,7 @@ class MitsunagaCalibrator(AbstractExposureCalibrator):
     def inverse_lut(self, counts: ExposureCounts) -> tuple[Floats, bool]:
         pairs = _neighbours(counts)
         fits = [
-            _fitted(pairs, order, refine=counts.exposure_error > 0)
+            _fitted(pairs, order, refine=counts.exposure_error > 0 and not counts.held)
             for order in range(1, self.most_order + 1)
         ]
         brightness = np.linspace(0.0, 1.0, counts.n_levels)
