@@ -68,6 +68,10 @@ _EXPONENT_BY_PRIOR = 0.3
 # Of ln t, against those given, so small that rounded shutters stay below; and as a share of the
 # extent of ln t, where lossy files are 3 % off though exposures are right.
 _OTHER_EXPOSURES, _OTHER_BY_LOSSY = 0.05, 0.1
+# Deviation of the light above the highest level that shows, as a share of what the prior expects
+# there: of digital cameras it is up to two and a half times that, and of lossy files the highest
+# levels hold least of what is bright (benchmarks/files.py, PNG and JPEG).
+_UNSEEN, _UNSEEN_LOSSY = 0.5, 1.5
 _QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
 _FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
 _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
@@ -389,13 +393,22 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
             tuple(relative.tolist()), error, scatter, _transfers(counts, log_exposures)
         ),
     )
-    judged = judged.with_exponent_error(least).with_white_error(counts.white_error)
+    white_error = float(np.hypot(counts.white_error, _unseen_error(counts, response)))
+    judged = judged.with_exponent_error(least).with_white_error(white_error)
     doubts = (
         (Flag.EXPONENT_UNKNOWN, (unknown and found.still is None) or error > _UNSURE_EXPONENT),
         (Flag.EXPOSURES_OFF, _are_off(counts, log_exposures)),
         (Flag.SCATTER, scatter > _MUCH_SCATTER),
     )
     return judged.with_flags(*(flag for flag, holds in doubts if holds))
+
+
+def _unseen_error(counts: ExposureCounts, response: Response) -> float:
+    """Relative deviation of the light at white by what no level shows of it."""
+    margin = counts.tables[0].margin
+    highest = min(counts.observed_levels[1], counts.n_levels - 2 - margin)
+    share = 1.0 - float(response.inverse_lut[highest])
+    return (_UNSEEN_LOSSY if counts.lossy else _UNSEEN) * share
 
 
 def _are_off(counts: ExposureCounts, found: Floats) -> bool:
