@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -268,7 +269,7 @@ def _laid_flat(axes: Axes, title: str, response: Response) -> _Band | None:
     inside = (other >= 0) & (other < n_levels)
     other = other.clip(0, n_levels - 1)
     seen = np.where(inside, counts[level, other], 0)
-    expected = np.where(inside, _expected(response, counts)[level, other], 0.0)
+    expected = np.where(inside, _expected(response)[level, other], 0.0)
     axes.set_ylim(-reach, reach)
     return _Band(level, difference, seen, expected)
 
@@ -282,7 +283,7 @@ def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
             axes.plot([], [], color=colour, label=label)
             continue
         counts = response.table.symmetric
-        expected = _expected(response, counts)
+        expected = _expected(response).copy()
         for table in (counts, expected):  # clipped levels have no noise to speak of
             table[[0, -1]] = table[:, [0, -1]] = 0
         axes.plot(noise_level_function(counts), ".", color=colour, markersize=3, alpha=0.5)
@@ -344,9 +345,12 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
         axes.legend(frameon=False)
 
 
-def _expected(response: Response, counts: Counts) -> Floats:
+@lru_cache(maxsize=8)  # figures of a report ask for the same
+def _expected(response: Response) -> Floats:
     """Level pairs that the model expects; methods without a scene of their own take an even one."""
     assert response.noise is not None
+    assert response.table is not None
+    counts = response.table.symmetric
     inverse = response.curve.inverse(half_levels(response.n_levels))
     if response.method.startswith("ism"):
         return expected_counts(counts, inverse, response.noise)
@@ -356,6 +360,7 @@ def _expected(response: Response, counts: Counts) -> Floats:
     return np.asarray(model.pairs * pairs.sum())
 
 
+@lru_cache(maxsize=8)
 def _of_seen_noise(response: Response) -> Response:
     """The response with its noise scaled to that of the pairs, where curve and noise are means.
 
@@ -368,7 +373,7 @@ def _of_seen_noise(response: Response) -> Response:
     counts = response.table.symmetric
     seen, expected = (
         difference_moments(table[1:-1, 1:-1]).squares.sum()
-        for table in (counts, _expected(response, counts))
+        for table in (counts, _expected(response))
     )
     scale = float(seen / expected)
     return replace(response, noise=AffineNoise(scale * noise.slope, scale * noise.floor))
