@@ -1,10 +1,13 @@
-"""Which members of which families the tests look at."""
+"""Which members of which families the tests look at, and many of them in one test."""
 
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, wraps
+from inspect import Parameter, Signature, signature
 from itertools import groupby
+from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.polynomial import polyfromroots
@@ -186,6 +189,63 @@ def typical(model: AbstractModel, seed: int, reach: float = 1.0) -> Floats:
     return model.identity + direction
 
 
-def name_of(model: AbstractModel) -> str:
-    """What pytest shows."""
-    return model.name
+# -- many cases in one test --
+
+Test = Callable[..., None]
+
+
+def each(names: str, cases: Iterable[Any]) -> Callable[[Test], Test]:
+    """Make one test of all cases, where `pytest.mark.parametrize` makes a test of each.
+
+    What pytest spends on a test is more than most cases take. A failure names its case.
+    """
+    fields, listed = names.split(", "), list(cases)
+
+    def decorated(test: Test) -> Test:
+        def of_all(**others: Any) -> None:
+            __tracebackhide__ = True
+            for case in listed:
+                values = case if len(fields) > 1 else [case]
+                arguments = dict(zip(fields, values, strict=True))
+                try:
+                    test(**arguments, **others)
+                except BaseException as failure:  # as those of pytest are
+                    shown = [f"{name} = {_shown(value)}" for name, value in arguments.items()]
+                    failure.add_note(f"with {', '.join(shown)}")
+                    raise
+
+        others = [name for name in signature(test).parameters if name not in fields]
+        return _in_place_of(test, of_all, others)
+
+    return decorated
+
+
+def each_by_family(names: str, cases: Iterable[Any]) -> Callable[[Test], Test]:
+    """Make one test of all cases of a family; the first of the names is that of the model."""
+    families = {
+        family: list(group)
+        for family, group in groupby(
+            cases, lambda case: (case[0] if isinstance(case, tuple) else case).family
+        )
+    }
+
+    def decorated(test: Test) -> Test:
+        def of_one(family: str) -> None:
+            __tracebackhide__ = True
+            each(names, families[family])(test)()
+
+        return pytest.mark.parametrize("family", families)(_in_place_of(test, of_one, ["family"]))
+
+    return decorated
+
+
+def _in_place_of(test: Test, other: Test, fixtures: list[str]) -> Test:
+    """Let pytest show one function and call another, which takes these fixtures."""
+    wraps(test, updated=())(other)  # without the attributes that make it one of Hypothesis
+    parameters = [Parameter(name, Parameter.KEYWORD_ONLY) for name in fixtures]
+    other.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    return other
+
+
+def _shown(value: object) -> str:
+    return value.name if isinstance(value, AbstractModel) else repr(value)

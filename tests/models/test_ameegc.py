@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from members import each
 
 from chartless.errors import ParameterError
 from chartless.fitting import fit
@@ -71,7 +72,7 @@ def test_exact_form_inverts_to_1e_12(parameters: tuple[float, float, float]):
     assert np.abs(EXACT.response(irradiance, parameters) - brightness).max() <= 1e-12
 
 
-@pytest.mark.parametrize("c", [-800.0, -300.0, -40.0, 40.0, 300.0, 800.0])
+@each("c", [-800.0, -300.0, -40.0, 40.0, 300.0, 800.0])
 def test_exact_form_increases_or_refuses_when_a_search_runs_away(c: float):
     parameters = np.array([0.0, 1.0, c])
     irradiance = np.linspace(0, 1, 257)
@@ -88,7 +89,7 @@ def test_exact_form_at_one_over_e_is_the_first_order_form():
     assert alpha == pytest.approx([0.3, np.e - 1.2**2, 0.0], abs=1e-14)
 
 
-@pytest.mark.parametrize("c", [-5.0, -0.54, 0.0, 3.0])
+@each("c", [-5.0, -0.54, 0.0, 3.0])
 def test_coefficients_of_the_exact_form_differentiate_as_it_says(c: float):
     centre, step = np.array([0.2, 1.7, c]), 1e-6
     moves = step * np.eye(3)
@@ -152,7 +153,7 @@ def test_every_monotone_curve_found_by_brute_force_has_exact_parameters():
         assert EXACT.coefficients(parameters) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.parametrize("second", np.random.default_rng(7).uniform(-10, 10, 25))
+@each("second", np.random.default_rng(7).uniform(-10, 10, 25))
 def test_raising_the_first_coefficient_past_the_bound_breaks_monotony(second: float):
     t, bound = highest_first(second)
     near_t = np.linspace(0.999 * t, t + 0.001 * min(t, 1 - t), 101)

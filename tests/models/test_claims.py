@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from members import FAMILIES, GRID, SAMPLE, anything, name_of, typical
+from members import FAMILIES, GRID, SAMPLE, anything, each, each_by_family, typical
 
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import ParameterError
@@ -116,7 +116,7 @@ def test_every_family_of_the_registry_is_looked_at():
     assert set(COUNTEREXAMPLES) == set(FAMILIES)
 
 
-@pytest.mark.parametrize("model", SAMPLE, ids=name_of)
+@each_by_family("model", SAMPLE)
 @settings(max_examples=25)
 @given(data=st.data())
 def test_no_member_contradicts_a_claim(model: AbstractModel, data: st.DataObject):
@@ -126,13 +126,13 @@ def test_no_member_contradicts_a_claim(model: AbstractModel, data: st.DataObject
         assert not DISPROOF[claim](model, parameters), claim
 
 
-@pytest.mark.parametrize("model", claiming(Property.SMOOTH), ids=name_of)
+@each_by_family("model", claiming(Property.SMOOTH))
 def test_slope_of_smooth_families_has_no_jumps(model: AbstractModel):
     for seed in range(4):
         assert not has_kinks(model, typical(model, seed, reach=1.5))
 
 
-@pytest.mark.parametrize("model", MODELS.values(), ids=name_of)
+@each_by_family("model", MODELS.values())
 def test_a_property_that_is_not_claimed_fails_somewhere(model: AbstractModel):
     missing = OF_ONE_MEMBER - model.properties
     examples = {
@@ -148,7 +148,7 @@ def test_a_property_that_is_not_claimed_fails_somewhere(model: AbstractModel):
         assert DISPROOF[claim](model, parameters), claim
 
 
-@pytest.mark.parametrize("model", MODELS.values(), ids=name_of)
+@each("model", MODELS.values())
 def test_analytical_are_the_families_without_side_constraints_or_measured_curves(
     model: AbstractModel,
 ):
@@ -157,7 +157,7 @@ def test_analytical_are_the_families_without_side_constraints_or_measured_curves
     assert (Property.ANALYTICAL in model.properties) == plain
 
 
-@pytest.mark.parametrize("model", claiming(Property.EXTENSIBLE), ids=name_of)
+@each_by_family("model", claiming(Property.EXTENSIBLE))
 @settings(max_examples=15)
 @given(data=st.data())
 def test_extensible_families_hold_every_curve_of_the_order_below(
@@ -178,9 +178,7 @@ def test_extensible_families_hold_every_curve_of_the_order_below(
     np.testing.assert_allclose(model.response(LEVEL, promoted), curve, rtol=0, atol=1e-12 * size)
 
 
-@pytest.mark.parametrize(
-    "model", [model for model in claiming(Property.EXTENSIBLE) if model.order], ids=name_of
-)
+@each_by_family("model", [model for model in claiming(Property.EXTENSIBLE) if model.order])
 def test_many_curves_are_promoted_at_once(model: AbstractModel):
     several = np.array([[typical(model.lower, 3 * i + j) for j in range(3)] for i in range(2)])
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from members import GRID, anything, typical
+from members import GRID, anything, each, typical
 from scipy.linalg import subspace_angles
 
 from chartless.datasets import Dorf, load_dorf
@@ -58,7 +58,7 @@ def computed(script: ModuleType, dorf: Dorf) -> dict[str, tuple[Basis, Floats]]:
 # -- the basis of the package --
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_packaged_components_are_orthonormal_and_in_order(kind: str):
     basis = measured_basis(kind)
 
@@ -69,7 +69,7 @@ def test_packaged_components_are_orthonormal_and_in_order(kind: str):
     assert np.all(np.diff(basis.deviations) < 0)
 
 
-@pytest.mark.parametrize("kind", ["response", "inverse"])
+@each("kind", ["response", "inverse"])
 def test_packaged_basis_goes_through_both_ends_exactly(kind: str):
     basis = measured_basis(kind)
 
@@ -93,7 +93,7 @@ def test_largest_entry_of_every_component_is_positive():
         assert np.all(largest > 0)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_packaged_basis_comes_out_of_its_script(
     kind: str, computed: dict[str, tuple[Basis, Floats]]
 ):
@@ -174,7 +174,7 @@ def own_basis(family: type[AbstractModel]) -> Basis:
 BASED = (Emor, EmorMonotone, InverseEmor, LogEmor)
 
 
-@pytest.mark.parametrize("family", BASED)
+@each("family", BASED)
 def test_a_basis_of_ones_own_changes_the_curve_and_nothing_else(family: type[AbstractModel]):
     packaged, own = family(1), family(1, own_basis(family))
     parameters = np.array([0.02, -0.01])
@@ -194,7 +194,7 @@ def test_a_basis_of_ones_own_changes_the_curve_and_nothing_else(family: type[Abs
     assert np.array_equal(MODELS[packaged.name].response(LEVEL, parameters), theirs)
 
 
-@pytest.mark.parametrize("family", BASED)
+@each("family", BASED)
 def test_a_basis_has_no_more_orders_than_components(family: type[AbstractModel]):
     with pytest.raises(ParameterError, match="has the orders 0 to 1, not 2"):
         family(2, own_basis(family))
@@ -234,7 +234,7 @@ def test_members_of_logarithms_are_exponentials_of_mean_and_components():
     assert first == pytest.approx(expected[0] / 4, rel=1e-12)
 
 
-@pytest.mark.parametrize("family", [Emor, InverseEmor, LogEmor])
+@each("family", [Emor, InverseEmor, LogEmor])
 def test_identity_is_nearer_to_the_linear_camera_than_its_neighbours(family: type[AbstractModel]):
     model = family(4)
     points = np.linspace(0, 1, 1024)
@@ -286,7 +286,7 @@ def test_ends_hold_where_the_inverse_leaves_the_range():
 # -- the monotone members --
 
 
-@pytest.mark.parametrize("order", [0, 2, 10, 24])
+@each("order", [0, 2, 10, 24])
 def test_monotone_members_are_those_of_emor_that_increase(order: int):
     emor, monotone = Emor(order), EmorMonotone(order)
     rng = np.random.default_rng(order)
@@ -305,7 +305,7 @@ def test_monotone_members_are_those_of_emor_that_increase(order: int):
     assert 5 < admitted < 100
 
 
-@pytest.mark.parametrize("order", [0, 2, 24])
+@each("order", [0, 2, 24])
 @settings(max_examples=30)
 @given(data=st.data())
 def test_inequalities_leave_exactly_the_monotone_members(order: int, data: st.DataObject):

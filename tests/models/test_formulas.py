@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import mpmath as mp
 import numpy as np
 import pytest
-from members import FAMILIES, typical
+from members import FAMILIES, each, each_by_family, typical
 
 from chartless.models import MODELS, AbstractModel, Gumbel, Property
 from chartless.types import Floats
@@ -80,12 +80,12 @@ FORMULAS: dict[str, Formula] = {
 
 
 CASES = [
-    pytest.param(model, parameters, id=f"{model.name}-{k}")
+    (model, parameters)
     for family in FORMULAS
     if family != "gumbel"
     for model in FAMILIES[family]
     if model.order in {0, 1, 2, 4, 10}
-    for k, parameters in enumerate([model.identity, typical(model, 1, 1.5), typical(model, 2, 1.5)])
+    for parameters in [model.identity, typical(model, 1, 1.5), typical(model, 2, 1.5)]
 ]
 
 
@@ -107,7 +107,7 @@ def test_every_family_with_a_formula_is_compared_with_it():
     assert set(FORMULAS) == has_formula | {"meegc"}  # which has side constraints besides
 
 
-@pytest.mark.parametrize(("model", "parameters"), CASES)
+@each_by_family("model, parameters", CASES)
 def test_response_agrees_with_the_formula(model: AbstractModel, parameters: Floats):
     expected = [float(exactly(model, x, parameters)) for x in IRRADIANCES]
 
@@ -117,8 +117,8 @@ def test_response_agrees_with_the_formula(model: AbstractModel, parameters: Floa
     np.testing.assert_allclose(response, expected, rtol=1e-13 * size, atol=1e-15 * size)
 
 
-@pytest.mark.parametrize(
-    ("name", "irradiance", "parameters", "brightness"),
+@each(
+    "name, irradiance, parameters, brightness",
     [
         ("eegc2", 0.25, [-0.8, 0.5, 0.1], 0.491513440568158785),
         ("eegc2", 0.90, [-1.0, 2.0, -0.75], 0.880094423749732008),
@@ -138,7 +138,7 @@ def test_response_agrees_with_a_number_from_elsewhere(
     assert MODELS[name].response(irradiance, parameters) == pytest.approx(brightness, rel=1e-12)
 
 
-@pytest.mark.parametrize(("model", "parameters"), CASES)
+@each_by_family("model, parameters", CASES)
 def test_derivative_agrees_with_the_slope_of_the_formula(model: AbstractModel, parameters: Floats):
     expected = [
         float(mp.diff(lambda x: exactly(model, x, parameters), mp.mpf(x), h=x * 1e-15))
@@ -151,7 +151,7 @@ def test_derivative_agrees_with_the_slope_of_the_formula(model: AbstractModel, p
     np.testing.assert_allclose(slope, expected, rtol=1e-11, atol=1e-13 * scale)
 
 
-@pytest.mark.parametrize(("model", "parameters"), CASES)
+@each_by_family("model, parameters", CASES)
 def test_gradient_agrees_with_the_formula_at_other_parameters(
     model: AbstractModel, parameters: Floats
 ):
@@ -168,7 +168,7 @@ def test_gradient_agrees_with_the_formula_at_other_parameters(
     np.testing.assert_allclose(gradient, expected, rtol=1e-11, atol=1e-14)
 
 
-@pytest.mark.parametrize(("model", "parameters"), CASES)
+@each_by_family("model, parameters", CASES)
 def test_slopes_at_the_ends_are_the_limits(model: AbstractModel, parameters: Floats):
     at_zero, at_one = model.derivative([0.0, 1.0], parameters)
 
@@ -198,8 +198,8 @@ def steep_members(order: int, steepness: float) -> list[list[float]]:
     return members
 
 
-@pytest.mark.parametrize(
-    ("order", "steepness", "tolerance"),
+@each(
+    "order, steepness, tolerance",
     [(1, 1.0, 1e-13), (3, 1.0, 1e-13), (3, 5.9, 1e-12), (6, 3.0, 1e-12), (10, 2.0, 1e-12)],
 )
 def test_gumbel_agrees_with_its_integral(order: int, steepness: float, tolerance: float):
@@ -223,7 +223,7 @@ def test_gumbel_agrees_with_its_integral(order: int, steepness: float, tolerance
         )
 
 
-@pytest.mark.parametrize("order", [1, 3])
+@each("order", [1, 3])
 def test_gradient_of_gumbel_agrees_with_its_integral(order: int):
     model, parameters = Gumbel(order=order), steep_members(order, 2.0)[0]
     irradiance, expected = (1e-3, 0.3, 0.9), []

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from members import furthest, polynomials
+from members import each, furthest, polynomials
 
 from chartless.errors import ParameterError
 from chartless.models import Eegc, Gumbel
@@ -28,7 +28,7 @@ def at_the_limit(model: Gumbel, a: float, series: Floats) -> Floats:
     return parameters
 
 
-@pytest.mark.parametrize("order", range(1, 11))
+@each("order", range(1, 11))
 @settings(max_examples=30)
 @given(data=st.data(), a=st.floats(-4, 4))
 def test_members_at_the_limit_never_decrease(order: int, data: st.DataObject, a: float):
@@ -71,7 +71,7 @@ def test_order_10_keeps_most_of_its_least_slope(waves: list[float], a: float):
     assert np.all(rise / (2 * step) >= 0.9 * np.exp(slopes[places]) - 1e-9)
 
 
-@pytest.mark.parametrize("order", [1, 3, 6, 10])
+@each("order", [1, 3, 6, 10])
 @settings(max_examples=30)
 @given(data=st.data())
 def test_the_limit_is_that_of_the_slope_between_the_points_as_well(order: int, data: st.DataObject):
@@ -93,7 +93,7 @@ def test_steep_members_are_refused_and_not_approximated():
     assert Gumbel(order=1).response(0.5, [0.0, 16.0]) > 0
 
 
-@pytest.mark.parametrize("order", [1, 2, 5])
+@each("order", [1, 2, 5])
 def test_small_parameters_give_the_eegc_with_that_slope(order: int):
     q = np.random.default_rng(order).normal(size=order)
     x = np.linspace(0.01, 0.99, 31)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from members import FAMILIES, GRID, SAMPLE, anything, name_of, typical
+from members import FAMILIES, GRID, SAMPLE, anything, each, each_by_family, typical
 
 from chartless.errors import ParameterError, UnknownNameError
 from chartless.models import (
@@ -32,11 +32,6 @@ from chartless.types import Floats
 METHODS = ("response", "inverse", "derivative", "gradient")
 ON_NODES = {"emor": 1024, "emor-monotone": 1024, "logemor": 1025}  # of irradiance
 INVERSE_ON_NODES = {"inverse-emor": 1024, "table": 256}  # of brightness
-
-
-@pytest.fixture(params=SAMPLE, ids=name_of, scope="module")
-def model(request: pytest.FixtureRequest) -> AbstractModel:
-    return request.param
 
 
 def increasing(model: AbstractModel) -> list[Floats]:
@@ -79,6 +74,7 @@ def largest_term(model: AbstractModel, irradiance: Floats, parameters: Floats) -
 # -- inverse --
 
 
+@each_by_family("model", SAMPLE)
 def test_inverse_comes_back_to_every_level_that_the_curve_reaches(model: AbstractModel):
     for parameters in increasing(model):
         least, greatest = model.response([0, 1], parameters)
@@ -93,6 +89,7 @@ def test_inverse_comes_back_to_every_level_that_the_curve_reaches(model: Abstrac
         assert np.all(error[inside] <= 1e-12 + rounding(model, irradiance, parameters)[inside])
 
 
+@each_by_family("model", SAMPLE)
 def test_inverse_comes_back_to_the_irradiance(model: AbstractModel):
     irradiance = np.linspace(0.001, 0.999, 199)
     for parameters in increasing(model):
@@ -108,14 +105,13 @@ def test_inverse_comes_back_to_the_irradiance(model: AbstractModel):
         assert np.all(error <= 3e-9)
 
 
-@pytest.mark.parametrize(
+@each_by_family(
     "model",
     [
         model
         for model in SAMPLE
         if Property.MONOTONE in model.properties and model.family not in INVERSE_ON_NODES
     ],
-    ids=name_of,
 )
 @settings(max_examples=12)
 @given(data=st.data())
@@ -139,8 +135,8 @@ def test_inverse_comes_back_from_the_steepest_members(model: AbstractModel, data
     assert np.all(error[found] <= (least_error + bits * (above - below))[found])
 
 
-@pytest.mark.parametrize(
-    ("model", "parameters", "brightness", "irradiance"),
+@each(
+    "model, parameters, brightness, irradiance",
     [
         (Poly(order=0), [0.5], [0.25, 0.5, 0.6, 0.999], [0.5, 1.0, 1.0, 1.0]),
         (Poly(order=2), [0.2, 0.2, 0.1], [0.51, 0.9], [1.0, 1.0]),
@@ -150,7 +146,6 @@ def test_inverse_comes_back_from_the_steepest_members(model: AbstractModel, data
         (Gamma(), [1e-3], [0.1], [0.0]),
         (Eegc(order=0), [-30.0], [0.1, 0.9], [0.0, 0.0]),
     ],
-    ids=lambda value: value.name if isinstance(value, AbstractModel) else "",
 )
 def test_brightness_out_of_reach_gives_the_nearer_end(
     model: AbstractModel, parameters: list[float], brightness: list[float], irradiance: list[float]
@@ -158,7 +153,7 @@ def test_brightness_out_of_reach_gives_the_nearer_end(
     assert model.inverse(brightness, parameters) == pytest.approx(irradiance, abs=1e-12)
 
 
-@pytest.mark.parametrize("model", [Pegc(order=0), Gamma()], ids=name_of)
+@each("model", [Pegc(order=0), Gamma()])
 def test_a_very_steep_end_is_inverted_to_the_last_float(model: AbstractModel):
     brightness = 1 - np.array([1e-7, 1e-8, 1e-9])
 
@@ -168,7 +163,7 @@ def test_a_very_steep_end_is_inverted_to_the_last_float(model: AbstractModel):
     assert error.max() <= 1e6 * np.spacing(1.0)
 
 
-@pytest.mark.parametrize("steep", [0.01, 0.05, 0.2])
+@each("steep", [0.01, 0.05, 0.2])
 def test_a_steep_start_is_inverted(steep: float):
     parameters = [steep, 0.5, 0.3]
     brightness = np.arange(1, 256) / 255
@@ -182,6 +177,7 @@ def test_a_steep_start_is_inverted(steep: float):
     assert np.all(np.diff(irradiance[found]) > 0)
 
 
+@each_by_family("model", SAMPLE)
 @settings(max_examples=8)
 @given(data=st.data())
 def test_black_and_white_are_inverted_exactly_whatever_the_member(
@@ -196,8 +192,8 @@ def test_black_and_white_are_inverted_exactly_whatever_the_member(
     assert np.all((irradiance >= 0) & (irradiance <= 1))
 
 
-@pytest.mark.parametrize(
-    ("model", "parameters"),
+@each(
+    "model, parameters",
     [
         (Eegc(order=2), [0.0, 6.0, -1.0]),
         (Ameegc(order=2), [0.0, 3.0, 0.0]),
@@ -205,7 +201,6 @@ def test_black_and_white_are_inverted_exactly_whatever_the_member(
         (Poly(order=2), [3.0, -5.0, 3.0]),
         (ConPoly(order=2), [3.0, -5.0, 2.0]),
     ],
-    ids=lambda value: value.name if isinstance(value, AbstractModel) else "",
 )
 def test_inverse_of_a_curve_that_decreases_is_one_of_the_places(
     model: AbstractModel, parameters: list[float]
@@ -219,7 +214,8 @@ def test_inverse_of_a_curve_that_decreases_is_one_of_the_places(
     assert np.all(np.diff(irradiance) >= 0)
 
 
-@pytest.mark.parametrize("brightness", [-1e-9, 1 + 1e-9, np.nan])
+@each("model", SAMPLE)
+@each("brightness", [-1e-9, 1 + 1e-9, np.nan])
 def test_brightness_outside_the_range_is_refused(model: AbstractModel, brightness: float):
     with pytest.raises(ParameterError, match="brightness"):
         model.inverse([0.5, brightness], model.identity)
@@ -228,6 +224,7 @@ def test_brightness_outside_the_range_is_refused(model: AbstractModel, brightnes
 # -- slopes --
 
 
+@each_by_family("model", SAMPLE)
 def test_gradient_agrees_with_differences(model: AbstractModel):
     for seed in range(2):
         parameters = typical(model, seed, reach=0.5)
@@ -248,6 +245,7 @@ def test_gradient_agrees_with_differences(model: AbstractModel):
         np.testing.assert_allclose(gradient, expected, rtol=1e-6, atol=4e-8 * size)
 
 
+@each_by_family("model", SAMPLE)
 def test_derivative_agrees_with_differences(model: AbstractModel):
     for seed in range(3):
         parameters = typical(model, seed, reach=0.5)
@@ -260,6 +258,7 @@ def test_derivative_agrees_with_differences(model: AbstractModel):
         np.testing.assert_allclose(slope, (after - before) / (2 * step), rtol=1e-6, atol=1e-7)
 
 
+@each_by_family("model", SAMPLE)
 def test_evaluate_gives_response_and_gradient(model: AbstractModel):
     sets = np.array([typical(model, seed) for seed in range(3)])
     irradiance = np.linspace(0, 1, 17)
@@ -271,6 +270,7 @@ def test_evaluate_gives_response_and_gradient(model: AbstractModel):
         assert np.array_equal(gradient, model.gradient(irradiance, parameters))
 
 
+@each("model", SAMPLE)
 def test_ends_that_do_not_move_have_no_gradient(model: AbstractModel):
     if Property.ENDS not in model.properties:
         return
@@ -283,6 +283,7 @@ def test_ends_that_do_not_move_have_no_gradient(model: AbstractModel):
 # -- many at once, shapes --
 
 
+@each_by_family("model", SAMPLE)
 def test_many_members_at_once_are_the_same_as_one_by_one(model: AbstractModel):
     sets = np.array([[typical(model, 3 * i + j) for j in range(3)] for i in range(2)])
     irradiance = np.array([[0.0, 0.2], [0.7, 1.0]])
@@ -302,6 +303,7 @@ def test_many_members_at_once_are_the_same_as_one_by_one(model: AbstractModel):
     assert model.repaired(sets).shape == sets.shape
 
 
+@each_by_family("model", SAMPLE)
 def test_shapes_are_kept(model: AbstractModel):
     for shape in ((), (0,), (3,), (2, 0), (2, 3, 4)):
         values = np.full(shape, 0.5)
@@ -312,6 +314,7 @@ def test_shapes_are_kept(model: AbstractModel):
         assert model.gradient(values, model.identity).shape == (*shape, model.n_parameters)
 
 
+@each("model", SAMPLE)
 def test_no_members_are_no_error(model: AbstractModel):
     none = np.empty((0, model.n_parameters))
 
@@ -320,6 +323,7 @@ def test_no_members_are_no_error(model: AbstractModel):
     assert model.admits(none).shape == (0,)
 
 
+@each("model", SAMPLE)
 def test_arguments_are_left_as_they_were(model: AbstractModel):
     values, parameters = np.linspace(0, 1, 5), typical(model, 0)
     before = parameters.copy()
@@ -333,6 +337,7 @@ def test_arguments_are_left_as_they_were(model: AbstractModel):
     assert np.array_equal(parameters, before)
 
 
+@each("model", SAMPLE)
 def test_irradiance_beyond_the_ends_is_clipped(model: AbstractModel):
     parameters = typical(model, 0)
 
@@ -346,6 +351,7 @@ def test_irradiance_beyond_the_ends_is_clipped(model: AbstractModel):
 NEAREST_ONLY = {"emor", "emor-monotone", "inverse-emor", "logemor"}
 
 
+@each("model", SAMPLE)
 def test_identity_is_the_linear_camera(model: AbstractModel):
     if model.family in NEAREST_ONLY:
         return
@@ -356,7 +362,7 @@ def test_identity_is_the_linear_camera(model: AbstractModel):
     )
 
 
-@pytest.mark.parametrize("family", sorted(NEAREST_ONLY))
+@each("family", sorted(NEAREST_ONLY))
 def test_identity_of_measured_families_is_the_nearest_member(family: str):
     irradiance = np.linspace(0, 1, 1024)
     distances = []
@@ -375,7 +381,8 @@ def test_identity_of_measured_families_is_the_nearest_member(family: str):
 # -- extremes --
 
 
-@pytest.mark.parametrize("size", [1e-300, 1e-12, 1e3, 1e6])
+@each_by_family("model", SAMPLE)
+@each("size", [1e-300, 1e-12, 1e3, 1e6])
 def test_extreme_parameters_give_numbers_or_a_refusal(model: AbstractModel, size: float):
     for signs in ([1.0], [-1.0], [1.0, -1.0], [-1.0, 1.0]):
         parameters = size * np.resize(signs, model.n_parameters)
@@ -388,6 +395,7 @@ def test_extreme_parameters_give_numbers_or_a_refusal(model: AbstractModel, size
                     assert np.isfinite(result).all(), method
 
 
+@each_by_family("model", SAMPLE)
 @settings(max_examples=8)
 @given(data=st.data())
 def test_no_member_gives_nan(model: AbstractModel, data: st.DataObject):
@@ -401,7 +409,8 @@ def test_no_member_gives_nan(model: AbstractModel, data: st.DataObject):
 # -- refusals --
 
 
-@pytest.mark.parametrize("wrong", ["none", "too few", "too many", "nan", "infinite"])
+@each_by_family("model", SAMPLE)
+@each("wrong", ["none", "too few", "too many", "nan", "infinite"])
 def test_unusable_parameters_are_refused_by_name(model: AbstractModel, wrong: str):
     good = model.identity
     parameters = {
@@ -421,14 +430,15 @@ def test_unusable_parameters_are_refused_by_name(model: AbstractModel, wrong: st
         assert all(name in sentence for name in model.parameter_names[:8])
 
 
-@pytest.mark.parametrize("method", ["inverse", "derivative"])
+@each("model", SAMPLE)
+@each("method", ["inverse", "derivative"])
 def test_several_members_are_refused_where_one_is_asked_for(model: AbstractModel, method: str):
     with pytest.raises(ParameterError, match="not sets of them"):
         getattr(model, method)(0.5, [model.identity, model.identity])
 
 
-@pytest.mark.parametrize(
-    ("model", "parameters", "message"),
+@each(
+    "model, parameters, message",
     [
         (Gamma(), [0.0], r"gamma takes 1 finite parameter \(gamma > 0\), not 0$"),
         (Gamma(), [-1.0], r"\(gamma > 0\), not -1$"),
@@ -452,8 +462,8 @@ def test_refusals_name_the_family_the_limit_and_what_was_given(
         model.response(0.5, parameters)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
+@each(
+    "make, message",
     [
         (lambda: Ameegc(order=-1), "orders 0, 1 and 2, not -1"),
         (lambda: Ameegc(order=3), "orders 0, 1 and 2, not 3"),
@@ -482,7 +492,7 @@ def test_unknown_name_suggests_the_closest():
         MODELS["ameegc2-exat"]
 
 
-@pytest.mark.parametrize("name", MODELS)
+@each("name", MODELS)
 def test_names_and_numbers_of_parameters_are_consistent(name: str):
     model = MODELS[name]
 
@@ -496,6 +506,7 @@ def test_names_and_numbers_of_parameters_are_consistent(name: str):
     assert model.always_monotone == (Property.MONOTONE in model.properties)
 
 
+@each("model", SAMPLE)
 def test_side_constraints_belong_to_constrained_families(model: AbstractModel):
     rows, limit = model.inequalities(model.identity)
 
@@ -504,6 +515,7 @@ def test_side_constraints_belong_to_constrained_families(model: AbstractModel):
     assert np.all(rows @ model.identity <= limit + 1e-6)
 
 
+@each_by_family("model", SAMPLE)
 def test_starts_are_admitted_for_every_curve(model: AbstractModel):
     irradiance = np.linspace(0, 1, 65)
     brightness = irradiance ** np.array([[0.3], [1.0], [2.5]])

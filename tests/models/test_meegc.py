@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from members import polynomials
+from members import each, polynomials
 
 from chartless.fitting import fit
 from chartless.models import Ameegc, AmeegcExact, Eegc, Meegc
@@ -83,13 +83,13 @@ def test_order_1_admits_slopes_up_to_e(first: float, a: float):
         assert same == pytest.approx([a, first], abs=1e-12)
 
 
-@pytest.mark.parametrize("a", [-1e6, -3.0, 0.0, 5.0, 1e6])
+@each("a", [-1e6, -3.0, 0.0, 5.0, 1e6])
 def test_order_0_admits_every_finite_number(a: float):
     assert Meegc(order=0).admits(np.array([a]))
     assert not Meegc(order=0).admits(np.array([np.inf]))
 
 
-@pytest.mark.parametrize("order", ORDERS)
+@each("order", ORDERS)
 @settings(max_examples=25)
 @given(data=st.data())
 def test_admission_agrees_with_a_search_on_a_very_fine_grid(order: int, data: st.DataObject):
@@ -107,7 +107,7 @@ def test_admission_agrees_with_a_search_on_a_very_fine_grid(order: int, data: st
     assert model.admits(touch - 1e-6 * size * np.eye(order + 1)[1])
 
 
-@pytest.mark.parametrize("order", ORDERS)
+@each("order", ORDERS)
 @settings(max_examples=25)
 @given(data=st.data())
 def test_inequalities_contain_the_true_peak(order: int, data: st.DataObject):
@@ -126,7 +126,7 @@ def test_inequalities_contain_the_true_peak(order: int, data: st.DataObject):
         assert worst == pytest.approx(at_place, rel=2e-3, abs=2e-3)
 
 
-@pytest.mark.parametrize("order", [1, 2, 3, 8])
+@each("order", [1, 2, 3, 8])
 @settings(max_examples=25)
 @given(data=st.data())
 def test_repaired_members_are_admitted_and_have_moved_little(order: int, data: st.DataObject):
@@ -152,7 +152,7 @@ def test_members_that_are_admitted_are_not_repaired():
     assert repaired[2, 1] == pytest.approx(np.e, abs=1e-6)
 
 
-@pytest.mark.parametrize("order", ORDERS)
+@each("order", ORDERS)
 def test_admitted_members_on_the_boundary_never_decrease(order: int):
     rng = np.random.default_rng(order)
     for size in (1.0, 30.0, 1000.0):
@@ -167,8 +167,8 @@ def test_admitted_members_on_the_boundary_never_decrease(order: int):
         assert np.diff(curve).min() >= -1e-12
 
 
-@pytest.mark.parametrize(
-    ("alpha", "place"),
+@each(
+    "alpha, place",
     [
         # ψ' − h is greatest before the first and after the last place of the published grid
         ([0.0, 123.6, -11354.77], 0.0025),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from members import each
 
 from chartless.fitting import fit
 from chartless.models import Table
@@ -32,8 +33,8 @@ def test_response_goes_through_the_table_in_straight_lines():
     )
 
 
-@pytest.mark.parametrize(
-    ("parameters", "admitted"),
+@each(
+    "parameters, admitted",
     [
         ([-2.0, -1.0, -0.5], True),
         ([-1.0, -1.0, 0.0], True),  # a level that never occurs
@@ -84,7 +85,7 @@ def test_inequalities_are_the_steps_of_the_table(parameters: np.ndarray):
         assert model.admits(parameters)
 
 
-@pytest.mark.parametrize(
+@each(
     "parameters",
     [np.zeros(254), np.full(254, -1e6), np.linspace(-1e6, 0, 254), np.full(254, -1e-9)],
 )
