@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-# Time limits on examples would fail on a busy machine; CI draws the same examples on every run.
-settings.register_profile("here", deadline=None)
+# Time limits on examples would fail on a busy machine. CI draws the same examples on every run,
+# and more of them.
+settings.register_profile("here", deadline=None, max_examples=10)
 settings.register_profile("unattended", deadline=None, derandomize=True)
 settings.load_profile("unattended" if os.environ.get("CI") == "true" else "here")
 

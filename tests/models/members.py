@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import settings
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.polynomial import polyfromroots
@@ -249,3 +250,8 @@ def _in_place_of(test: Test, other: Test, fixtures: list[str]) -> Test:
 
 def _shown(value: object) -> str:
     return value.name if isinstance(value, AbstractModel) else repr(value)
+
+
+def examples(most: int) -> settings:
+    """Draw so many examples of each case, or what the profile draws where that is fewer."""
+    return settings(max_examples=min(most, settings.default.max_examples))

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from members import FAMILIES, GRID, SAMPLE, anything, each, each_by_family, typical
+from members import FAMILIES, GRID, SAMPLE, anything, each, each_by_family, examples, typical
 
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import ParameterError
@@ -117,7 +117,7 @@ def test_every_family_of_the_registry_is_looked_at():
 
 
 @each_by_family("model", SAMPLE)
-@settings(max_examples=25)
+@examples(25)
 @given(data=st.data())
 def test_no_member_contradicts_a_claim(model: AbstractModel, data: st.DataObject):
     parameters = data.draw(anything(model))
@@ -158,7 +158,7 @@ def test_analytical_are_the_families_without_side_constraints_or_measured_curves
 
 
 @each_by_family("model", claiming(Property.EXTENSIBLE))
-@settings(max_examples=15)
+@examples(15)
 @given(data=st.data())
 def test_extensible_families_hold_every_curve_of_the_order_below(
     model: AbstractModel, data: st.DataObject

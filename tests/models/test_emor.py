@@ -6,9 +6,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from members import GRID, anything, each, typical
+from members import GRID, anything, each, examples, typical
 from scipy.linalg import subspace_angles
 
 from chartless.datasets import Dorf, load_dorf
@@ -257,7 +257,7 @@ def test_identity_is_nearer_to_the_linear_camera_than_its_neighbours(family: typ
 # -- where g does not increase --
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(parameters=anything(InverseEmor(4)))
 def test_response_of_an_inverse_that_falls_is_that_of_its_running_maximum(parameters: Floats):
     model = InverseEmor(4)
@@ -306,7 +306,7 @@ def test_monotone_members_are_those_of_emor_that_increase(order: int):
 
 
 @each("order", [0, 2, 24])
-@settings(max_examples=30)
+@examples(30)
 @given(data=st.data())
 def test_inequalities_leave_exactly_the_monotone_members(order: int, data: st.DataObject):
     model = EmorMonotone(order)

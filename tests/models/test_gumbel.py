@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
-from members import each, furthest, polynomials
+from members import each, examples, furthest, polynomials
 
 from chartless.errors import ParameterError
 from chartless.models import Eegc, Gumbel
@@ -29,7 +29,7 @@ def at_the_limit(model: Gumbel, a: float, series: Floats) -> Floats:
 
 
 @each("order", range(1, 11))
-@settings(max_examples=30)
+@examples(30)
 @given(data=st.data(), a=st.floats(-4, 4))
 def test_members_at_the_limit_never_decrease(order: int, data: st.DataObject, a: float):
     model = Gumbel(order=order)
@@ -43,7 +43,7 @@ def test_members_at_the_limit_never_decrease(order: int, data: st.DataObject, a:
     assert curve[-1] == 1
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(
     waves=st.lists(st.floats(-1, 1), min_size=10, max_size=10), a=st.sampled_from([-3.0, 0.0, 3.0])
 )
@@ -72,7 +72,7 @@ def test_order_10_keeps_most_of_its_least_slope(waves: list[float], a: float):
 
 
 @each("order", [1, 3, 6, 10])
-@settings(max_examples=30)
+@examples(30)
 @given(data=st.data())
 def test_the_limit_is_that_of_the_slope_between_the_points_as_well(order: int, data: st.DataObject):
     model = Gumbel(order=order)

@@ -4,9 +4,9 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from members import FAMILIES, GRID, SAMPLE, anything, each, each_by_family, typical
+from members import FAMILIES, GRID, SAMPLE, anything, each, each_by_family, examples, typical
 
 from chartless.errors import ParameterError, UnknownNameError
 from chartless.models import (
@@ -113,7 +113,7 @@ def test_inverse_comes_back_to_the_irradiance(model: AbstractModel):
         if Property.MONOTONE in model.properties and model.family not in INVERSE_ON_NODES
     ],
 )
-@settings(max_examples=12)
+@examples(12)
 @given(data=st.data())
 def test_inverse_comes_back_from_the_steepest_members(model: AbstractModel, data: st.DataObject):
     parameters = data.draw(anything(model))
@@ -178,7 +178,7 @@ def test_a_steep_start_is_inverted(steep: float):
 
 
 @each_by_family("model", SAMPLE)
-@settings(max_examples=8)
+@examples(8)
 @given(data=st.data())
 def test_black_and_white_are_inverted_exactly_whatever_the_member(
     model: AbstractModel, data: st.DataObject
@@ -396,7 +396,7 @@ def test_extreme_parameters_give_numbers_or_a_refusal(model: AbstractModel, size
 
 
 @each_by_family("model", SAMPLE)
-@settings(max_examples=8)
+@examples(8)
 @given(data=st.data())
 def test_no_member_gives_nan(model: AbstractModel, data: st.DataObject):
     parameters = data.draw(anything(model))

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from members import each, polynomials
+from members import each, examples, polynomials
 
 from chartless.fitting import fit
 from chartless.models import Ameegc, AmeegcExact, Eegc, Meegc
@@ -90,7 +90,7 @@ def test_order_0_admits_every_finite_number(a: float):
 
 
 @each("order", ORDERS)
-@settings(max_examples=25)
+@examples(25)
 @given(data=st.data())
 def test_admission_agrees_with_a_search_on_a_very_fine_grid(order: int, data: st.DataObject):
     model = Meegc(order=order)
@@ -108,7 +108,7 @@ def test_admission_agrees_with_a_search_on_a_very_fine_grid(order: int, data: st
 
 
 @each("order", ORDERS)
-@settings(max_examples=25)
+@examples(25)
 @given(data=st.data())
 def test_inequalities_contain_the_true_peak(order: int, data: st.DataObject):
     alpha = touching(data.draw(alphas(order)), gap=-0.1)  # over by a tenth
@@ -127,7 +127,7 @@ def test_inequalities_contain_the_true_peak(order: int, data: st.DataObject):
 
 
 @each("order", [1, 2, 3, 8])
-@settings(max_examples=25)
+@examples(25)
 @given(data=st.data())
 def test_repaired_members_are_admitted_and_have_moved_little(order: int, data: st.DataObject):
     model = Meegc(order=order)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from members import each
+from members import each, examples
 
 from chartless.fitting import fit
 from chartless.models import Table
@@ -50,7 +50,7 @@ def test_tables_that_increase_up_to_white_are_admitted(parameters: list[float], 
     assert bool(Table(order=2).admits(np.array(parameters))) == admitted
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(parameters=st.lists(st.floats(-5, 0.5), min_size=6, max_size=6).map(np.array))
 def test_every_table_can_be_repaired_and_good_ones_are_left_alone(parameters: np.ndarray):
     model = Table(order=5)
@@ -72,7 +72,7 @@ def test_a_slight_violation_is_repaired_by_a_slight_move():
     assert np.abs(Table().repaired(noisy) - noisy).max() <= 1e-9 + 1e-15
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(parameters=st.lists(st.floats(-5, 0.1), min_size=6, max_size=6).map(np.array))
 def test_inequalities_are_the_steps_of_the_table(parameters: np.ndarray):
     model = Table(order=5)
