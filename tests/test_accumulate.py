@@ -13,6 +13,7 @@ import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from slow_cases import slow_but
 
 from chartless import accumulate
 from chartless.accumulate import noise_evidence_of_files
@@ -61,12 +62,12 @@ def serial(files: list[Path], **settings: Any) -> NoiseEvidence:
     return noise_evidence(map(read_frame, files), **settings)
 
 
-@pytest.mark.parametrize("n_frames", [2, 3, 4, 17, 18, 33, 34, 38])
+@pytest.mark.parametrize("n_frames", slow_but([2, 3, 4, 17, 18, 33, 34, 38], 2, 3, 4, 17, 18))
 def test_runs_add_up_to_the_whole(n_frames: int, files: list[Path]) -> None:
     assert_equal(noise_evidence_of_files(files[:n_frames]), serial(files[:n_frames]))
 
 
-@pytest.mark.parametrize("n_frames", [2, 3, 38])
+@pytest.mark.parametrize("n_frames", slow_but([2, 3, 38], 3))
 @pytest.mark.parametrize(
     "settings",
     [
@@ -83,6 +84,7 @@ def test_processes_count_the_same(
     assert_equal(noise_evidence_of_files(some, jobs=2, **settings), serial(some, **settings))
 
 
+@pytest.mark.slow
 def test_a_cluster_counts_the_same(files: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import LocalCluster
 
@@ -96,6 +98,7 @@ def test_a_cluster_counts_the_same(files: list[Path], monkeypatch: pytest.Monkey
     assert_equal(together, serial(files, mask=mask))
 
 
+@pytest.mark.slow
 def test_workers_in_another_folder_find_the_files(
     files: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -124,6 +127,7 @@ def test_each_pair_is_in_one_run(n_frames: int, jobs: int) -> None:
         assert runs == [files]
 
 
+@pytest.mark.slow
 @given(data=st.data(), n_runs=st.integers(1, 20))
 def test_the_order_of_arrival_does_not_matter(data: st.DataObject, n_runs: int) -> None:
     frames = [Frame(Path(f"{n}.png"), levels_of(n, (4, 5, 1))) for n in range(n_runs + 1)]
@@ -174,6 +178,7 @@ def test_never_more_than_two_frames_are_held(monkeypatch: pytest.MonkeyPatch) ->
     assert most == 2
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     shape = (300, 400, 3)
     pictures = [levels_of(n, shape) for n in (1, 2)]
@@ -216,7 +221,7 @@ def test_no_more_processes_are_started_than_there_are_runs(
     assert asked == [3]
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", slow_but([1, 2], 1))
 def test_an_unreadable_frame_is_named(jobs: int, files: list[Path], tmp_path: Path) -> None:
     damaged = tmp_path / "damaged.png"
     damaged.write_bytes(files[0].read_bytes()[:200])
@@ -228,7 +233,7 @@ def test_an_unreadable_frame_is_named(jobs: int, files: list[Path], tmp_path: Pa
 
 
 @pytest.mark.parametrize("place", [0, 1, 15, 16, 17, 19, 33])
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", slow_but([1, 2], 1))
 def test_a_frame_of_another_size_is_named(
     jobs: int, place: int, files: list[Path], tmp_path: Path
 ) -> None:

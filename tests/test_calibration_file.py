@@ -563,6 +563,7 @@ PLACES = [
 ]
 
 
+@pytest.mark.slow
 @settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=80, deadline=None
 )

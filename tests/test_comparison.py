@@ -45,6 +45,7 @@ def rank_of(name: str, found: comparison.Comparison) -> int:
 # Recommendations
 
 
+@pytest.mark.slow
 def test_the_family_with_gamma_inside_and_the_fewest_parameters_describes_a_power() -> None:
     names = [name for name in default_models() if name != "table"]
 
@@ -56,6 +57,7 @@ def test_the_family_with_gamma_inside_and_the_fewest_parameters_describes_a_powe
     assert recommended.valid
 
 
+@pytest.mark.slow
 def test_the_family_that_made_noisy_samples_is_among_the_best() -> None:
     names = [name for name in default_models() if name != "table"]
 

@@ -246,6 +246,7 @@ def test_one_dark_frame_is_as_good_as_its_two_halves(
     )
 
 
+@pytest.mark.slow
 def test_each_channel_gets_its_own_dark_levels() -> None:
     """Green reads twice as noisily: its dark frames say so, and the others' do not."""
     lit, dark = [], []

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from scipy.ndimage import gaussian_filter
+from slow_cases import slow_but
 
 from chartless import CALIBRATORS, AffineNoise, Cooccurrence, named_curve
 from chartless.drift import Drift, compensated, drift_share, estimated_drift
@@ -102,7 +103,7 @@ def test_nothing_of_the_drift_is_left(gain: float) -> None:
     assert np.array_equal(still.counts, compensated(table, drift).counts)
 
 
-@pytest.mark.parametrize("gain", [0.98, 1.02])
+@pytest.mark.parametrize("gain", slow_but([0.98, 1.02], 1.02))
 def test_the_curve_is_that_of_steady_light(gain: float) -> None:
     calibrator = CALIBRATORS["likelihood"]()
     steady, flickering = table_of(1.0), table_of(gain)

@@ -380,6 +380,7 @@ def test_information_is_that_of_all_levels_one_by_one(everywhere: ExposureCounts
     np.testing.assert_allclose(information, information.T, atol=1e-10 * unit.max())
 
 
+@pytest.mark.slow
 def test_information_is_the_covariance_of_gradients() -> None:
     """Fisher's identity, over counts drawn from the model; the stray share stays what it was."""
     rng = np.random.default_rng(44)

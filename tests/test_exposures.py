@@ -110,7 +110,9 @@ def counted(
     return total, trust
 
 
-@pytest.mark.parametrize(("bloom_radius", "masked"), [(0, False), (2, True)])
+@pytest.mark.parametrize(
+    ("bloom_radius", "masked"), [pytest.param(0, False, marks=pytest.mark.slow), (2, True)]
+)
 def test_comparagrams_are_those_of_counting(
     bloom_radius: int, masked: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

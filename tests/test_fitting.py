@@ -4,6 +4,7 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy import optimize
+from slow_cases import slow_but
 
 from chartless.curves import named_curve
 from chartless.datasets import Dorf, load_dorf
@@ -156,7 +157,7 @@ _TRUTHS = {
 }
 
 
-@pytest.mark.parametrize("name", _TRUTHS)
+@pytest.mark.parametrize("name", slow_but(_TRUTHS, "ameegc2-exact", "emor4", "poly3"))
 @pytest.mark.parametrize("weighted", [False, True])
 def test_covariance_is_that_of_many_noisy_fits(name: str, weighted: bool):
     model, truth = MODELS[name], np.array(_TRUTHS[name])
@@ -241,9 +242,9 @@ def _worst_of(dorf: Dorf, name: str) -> int:
     ("name", "free"),
     [
         ("emor2-monotone", "emor2"),
-        ("emor8-monotone", "emor8"),
+        pytest.param("emor8-monotone", "emor8", marks=pytest.mark.slow),
         ("meegc4", "eegc4"),
-        ("meegc6", "eegc6"),
+        pytest.param("meegc6", "eegc6", marks=pytest.mark.slow),
     ],
 )
 def test_constrained_families_never_leave_their_constraint(dorf: Dorf, name: str, free: str):
@@ -296,7 +297,9 @@ def test_monotone_emor_is_the_solution_of_a_quadratic_program(dorf: Dorf, row: i
     np.testing.assert_allclose(found.parameters, other.x, atol=1e-4)
 
 
-@pytest.mark.parametrize("family", EXTENSIBLE)
+@pytest.mark.parametrize(
+    "family", slow_but(EXTENSIBLE, "ameegc", "conpoly", "emor", "emor-monotone", "poly")
+)
 def test_no_order_is_worse_than_the_one_below(dorf: Dorf, family: str):
     costly = family in {"meegc", "inverse-emor", "logemor", "emor-monotone"}
     x = dorf.irradiance[::8]
@@ -357,7 +360,11 @@ def test_the_exact_family_is_as_near_and_always_increases(dorf: Dorf):
 
 
 @pytest.mark.parametrize(
-    "name", ["ggc2", "ameegc2-exact", "gumbel4", "emor4", "emor4-monotone", "meegc3", "logemor2"]
+    "name",
+    slow_but(
+        ["ggc2", "ameegc2-exact", "gumbel4", "emor4", "emor4-monotone", "meegc3", "logemor2"],
+        *["ggc2", "ameegc2-exact", "emor4", "emor4-monotone", "logemor2"],
+    ),
 )
 def test_many_curves_at_once_are_fitted_as_one_by_one(dorf: Dorf, name: str):
     x, curves = dorf.irradiance[::8], dorf.curves[::25, ::8]
@@ -406,7 +413,7 @@ def test_a_start_that_is_not_allowed_is_passed_over(starts: list[list[float]]):
 
 
 @pytest.mark.parametrize("name", ["gumbel2", "gumbel4", "ameegc2-exact", "pegc2", "ggc2"])
-@pytest.mark.parametrize("step", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("step", slow_but([0.1, 0.5, 0.9], 0.5))
 def test_no_curve_drives_a_fit_out_of_its_family(name: str, step: float):
     """A step is steeper than any member of the family."""
     y = 1 / (1 + np.exp(-200 * (IRRADIANCE - step)))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import optimize
+from slow_cases import slow_but
 
 from chartless._least_squares import Function, least_squares
 from chartless.types import Floats, Indices
@@ -133,7 +134,7 @@ def test_fits_of_decays_are_those_of_scipy():
     np.testing.assert_allclose(found.parameters, parameters, rtol=1e-5, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", slow_but(PROBLEMS, "rosenbrock"))
 def test_many_at_once_end_where_each_ends_alone(name: str):
     function, starts = PROBLEMS[name]
     starts = starts[:9]

@@ -277,6 +277,7 @@ def test_information_of_counts_is_that_of_one_pair_as_often() -> None:
     np.testing.assert_allclose(model.expand(counts).information, 0.3 * 5000 * of_one, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_information_is_the_covariance_of_gradients() -> None:
     """Fisher's identity: a check of gradient and information that uses neither's formula."""
     rng = np.random.default_rng(44)

@@ -105,6 +105,7 @@ def test_levels_and_channels_are_reduced_on_request() -> None:
 # What is forgotten
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(window=st.integers(LEAST, 24), n_frames=st.integers(2, 40))
 def test_exactly_the_latest_pairs_are_kept(window: int, n_frames: int) -> None:
@@ -137,6 +138,7 @@ def test_a_change_of_gain_ends_what_was_before() -> None:
     assert "began anew 2× as the noise changed" in live.account
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(exposure=st.floats(0.35, 2.0), other=st.integers(2, 6))
 def test_another_exposure_or_scene_of_the_same_gain_is_kept(exposure: float, other: int) -> None:

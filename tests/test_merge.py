@@ -284,6 +284,7 @@ def test_large_frames_are_worked_on_in_strips() -> None:
     assert np.array_equal(whole.values[120:140], part.values)
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_frames() -> None:
     levels = np.random.default_rng(7).integers(0, 256, (400, 500, 3), dtype=np.uint8)
 
@@ -367,6 +368,7 @@ def test_what_is_black_in_all_exposures_gets_half_the_upper_bound() -> None:
     assert not found.saturated.any()
 
 
+@pytest.mark.slow
 def test_nothing_is_ever_other_than_a_number() -> None:
     every = np.stack(np.meshgrid(np.arange(256), np.arange(256)))
     for curve in (SRGB, LINEAR, SampledCurve((0.0, 0.9, 0.95, 1.0), (0.0, 0.0, 1.0, 1.0))):
@@ -503,6 +505,7 @@ def test_levels_that_end_below_white_are_remarked_on() -> None:
 # Calibrations and frames of other kinds
 
 
+@pytest.mark.slow
 def test_without_noise_a_default_is_taken(bracket: list[Frame]) -> None:
     silent, default = (
         merge_frames(bracket, TIMES, camera(noise=noise)) for noise in (None, DEFAULT_NOISE)

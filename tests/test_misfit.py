@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy.ndimage import gaussian_filter, median_filter
+from slow_cases import slow_but
 
 from chartless.calibrators import CALIBRATORS, LikelihoodSearch
 from chartless.cooccurrence import Cooccurrence, difference_moments
@@ -81,7 +82,7 @@ def found_in(frames: list[Levels], model: str | None = None) -> Response:
     return LikelihoodSearch(model=family).calibrate(Cooccurrence.of_pair(*frames))
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", slow_but(FAULTS, "uniform", "laplace", "jpeg", "tone-mapped"))
 def test_a_fault_has_its_pattern(fault: str) -> None:
     make, pattern = FAULTS[fault]
 

@@ -271,6 +271,7 @@ def test_image_similarity_of_simulated_frames_is_near_one_at_the_truth(simulated
     assert image_similarity(pairs, inverse_of(CAMERA), NOISE) > 0.9
 
 
+@pytest.mark.slow
 def test_sampled_image_similarity_is_the_double_sum_of_the_paper():
     n_levels = 24
     rng = np.random.default_rng(24)

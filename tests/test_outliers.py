@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 from skimage.data import camera
+from slow_cases import slow_but
 
 from chartless import CALIBRATORS, AffineNoise, Cooccurrence, named_curve
 from chartless.flags import Flag
@@ -133,7 +134,7 @@ def test_tables_without_differences_have_no_outliers(table: Cooccurrence) -> Non
     assert without_outliers(table).fraction == 0
 
 
-@pytest.mark.parametrize("method", ["likelihood", "nlf"])
+@pytest.mark.parametrize("method", slow_but(["likelihood", "nlf"], "nlf"))
 def test_estimates_are_spared_the_movers(method: str) -> None:
     still = SCENES["two tones"] * 0.5 + 0.5 * soft()
     moved = still.copy()

@@ -189,6 +189,7 @@ def test_a_mode_carries_its_edges_and_noise(space: AbstractCurveSpace, mode: Mod
     assert mode.noise.slope == pytest.approx(TYPICAL_RATIO * floor)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPACES)
 @pytest.mark.parametrize("ratio", [0.1, 2.0])
 def test_the_evidence_is_the_integral_over_all_else(name: str, ratio: float) -> None:

@@ -13,6 +13,8 @@ import pytest
 
 from chartless.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 def burst(data_path: Path, folder: str, pattern: str) -> list[Path]:
     frames = sorted((data_path / folder).glob(pattern))

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 from scipy.ndimage import gaussian_filter, rotate
+from slow_cases import slow_but
 
 from chartless.bracket_screening import exposure_rows, screen_bracket
 from chartless.errors import UnfitFramesError
@@ -103,6 +104,7 @@ def test_one_scene_is_one_at_any_exposure(exposure: float) -> None:
     assert found.displacement < 0.3
 
 
+@pytest.mark.slow
 def test_different_scenes_are_told_apart() -> None:
     levels = [shot(scene(seed), 4) for seed in range(8)]
 
@@ -132,7 +134,7 @@ def test_a_flat_wall_is_one_scene(noise: float) -> None:
     assert match(shot(light, 1, noise=noise), shot(light, 4, noise=noise)).one_scene
 
 
-@pytest.mark.parametrize("share", [0.05, 0.1, 0.2, 0.3])
+@pytest.mark.parametrize("share", slow_but([0.05, 0.1, 0.2, 0.3], 0.3))
 def test_what_moves_does_not_make_another_scene(share: float) -> None:
     light, changed = scene(4, (700, 1000)), scene(4, (700, 1000))
     rows, columns = (round(length * share**0.5) for length in light.shape)
@@ -263,6 +265,7 @@ def test_real_brackets_show_one_scene(data_path: Path) -> None:
         assert max(moved) < 1.5, paths[0]
 
 
+@pytest.mark.slow
 def test_different_photographs_are_told_apart(data_path: Path) -> None:
     paths = sorted((data_path / "scenery_1600x900").glob("*.jpg"))[:8]
     if len(paths) < 8:

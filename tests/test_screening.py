@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 from scipy.ndimage import shift as displaced
 from skimage.data import astronaut, camera
+from slow_cases import slow_but
 
 from chartless import AffineNoise, Cooccurrence, named_curve
 from chartless.drift import drift_share, estimated_drift
@@ -202,7 +203,7 @@ def test_covered_levels_leave_out_the_rarest() -> None:
 
 @pytest.mark.parametrize("response", ["srgb", "linear", "gamma:0.35"])
 @pytest.mark.parametrize(("slope", "floor"), [(0.01, 9), (0.03, 16), (0.06, 25)])
-@pytest.mark.parametrize("subject", ["photograph", "soft", "colours"])
+@pytest.mark.parametrize("subject", slow_but(["photograph", "soft", "colours"], "soft"))
 def test_clean_pairs_raise_no_doubt_about_the_frames(
     subject: str, slope: float, floor: float, response: str
 ) -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import erf, ndtr
 from scipy.stats import norm
+from slow_cases import slow_but
 
 from chartless.noise import AffineNoise
 from chartless.similarity import (
@@ -103,7 +104,7 @@ def pairs_to_check(noise: AffineNoise) -> list[tuple[float, float]]:
     ]
 
 
-@pytest.mark.parametrize("noise", NOISES, ids=str)
+@pytest.mark.parametrize("noise", slow_but(NOISES, (1, 100)), ids=str)
 def test_similarity_is_the_integral_over_all_light(noise: tuple[float, float]):
     model = AffineNoise.from_8bit(*noise)
 
@@ -112,7 +113,7 @@ def test_similarity_is_the_integral_over_all_light(noise: tuple[float, float]):
         assert similarity(first, second, model) == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("noise", NOISES, ids=str)
+@pytest.mark.parametrize("noise", slow_but(NOISES, (0.001, 0.05)), ids=str)
 def test_bounded_similarity_is_the_integral_over_light_from_black_to_white(
     noise: tuple[float, float],
 ):

@@ -112,6 +112,7 @@ def test_a_doubtful_part_is_used_where_there_is_no_better() -> None:
     assert found.sources[0].span == (1, 20)
 
 
+@pytest.mark.slow
 def test_reading_stops_when_there_is_enough() -> None:
     frames = noisy([scene()] * 2)
     numbers = count()

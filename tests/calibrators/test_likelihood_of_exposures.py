@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.optimize import minimize_scalar
+from slow_cases import slow_but
 
 from chartless.calibrators import LikelihoodSearch
 from chartless.calibrators.likelihood import _exposures_found
@@ -113,7 +114,7 @@ def covered(response: Response, name: str) -> float:
 # Exposures exactly known
 
 
-@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("name", slow_but(CURVES, "srgb"))
 def test_exact_exposures_give_the_curve_within_its_error_bars(name: str) -> None:
     given = found(name)
 
@@ -130,6 +131,7 @@ def test_exact_exposures_give_the_curve_within_its_error_bars(name: str) -> None
     assert given.status is Status.CONVERGED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [{"error": 0.02}, {"said": None, "error": 1.0}], ids=str)
 @pytest.mark.parametrize("name", CURVES)
 def test_a_search_ends_where_little_is_left_to_gain(name: str, how: dict[str, Any]) -> None:
@@ -188,7 +190,7 @@ def test_two_runs_are_equal_to_the_last_bit() -> None:
 # Nearly known
 
 
-@pytest.mark.parametrize("name", ["srgb", "gamma", "linear"])
+@pytest.mark.parametrize("name", slow_but(["srgb", "gamma", "linear"], "srgb"))
 def test_exposures_that_are_held_stay_and_widen_the_band_by_what_they_err(name: str) -> None:
     """As much as curves for other exposures are elsewhere."""
     error = 0.02
@@ -220,6 +222,7 @@ def test_exposures_that_are_held_stay_and_widen_the_band_by_what_they_err(name: 
     assert np.median(np.sqrt(variances(held)[inner] / variances(exact)[inner])) > 1.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CURVES)
 def test_exposures_a_twentieth_wrong_are_refined(name: str) -> None:
     said = (1.0, 2 * 1.05, 4 / 1.05, 8.0)
@@ -238,6 +241,7 @@ def test_exposures_a_twentieth_wrong_are_refined(name: str) -> None:
     assert Flag.EXPONENT_UNKNOWN not in refined.flags
 
 
+@pytest.mark.slow
 def test_exposures_far_from_what_they_are_said_to_be_are_flagged() -> None:
     wrong = found("srgb", said=(1.0, 3.0, 4.0, 8.0), error=0.02)
 
@@ -248,7 +252,7 @@ def test_exposures_far_from_what_they_are_said_to_be_are_flagged() -> None:
 # Not known
 
 
-@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("name", slow_but(CURVES, "srgb"))
 def test_unknown_exposures_give_the_curve_up_to_a_power(name: str) -> None:
     given = found(name, said=None, error=1.5)
 
@@ -272,6 +276,7 @@ def test_unknown_exposures_give_the_curve_up_to_a_power(name: str) -> None:
 # Noise and exposures
 
 
+@pytest.mark.slow
 def test_a_repeated_exposure_tells_the_exponent() -> None:
     both = found("srgb", said=None, error=1.5, repeated=True, n_levels=FEW)
 
@@ -284,6 +289,7 @@ def test_a_repeated_exposure_tells_the_exponent() -> None:
     assert Flag.EXPONENT_UNKNOWN not in both.flags
 
 
+@pytest.mark.slow
 def test_both_kinds_of_evidence_are_in_the_result() -> None:
     both = found("srgb", repeated=True)
 
@@ -300,6 +306,7 @@ def test_both_kinds_of_evidence_are_in_the_result() -> None:
     assert both.noise.std(0.3) == pytest.approx(NOISE.std(0.3), rel=0.1)
 
 
+@pytest.mark.slow
 def test_noise_between_exposures_is_not_taken_for_that_of_a_frame() -> None:
     """A bracket with four times the variance, and repeats without."""
     more = AffineNoise(4 * NOISE.slope, 4 * NOISE.floor)
@@ -329,6 +336,7 @@ def test_the_exponent_is_as_sure_as_modes_and_what_is_between_them_say() -> None
     assert error == pytest.approx(np.sqrt(2e-6 + 0.2**2) / 2.2)
 
 
+@pytest.mark.slow
 def test_progress_rises_to_one() -> None:
     for table in (None, repeats("srgb", FEW)):
         shares: list[float] = []
@@ -349,7 +357,7 @@ def test_neither_noise_nor_exposures() -> None:
 # Families
 
 
-@pytest.mark.parametrize("repeated", [False, True])
+@pytest.mark.parametrize("repeated", slow_but([False, True], False))
 def test_a_family_gives_one_of_its_members(repeated: bool) -> None:
     given = found("film", model="ameegc2-exact", repeated=repeated)
 
@@ -371,6 +379,7 @@ def test_a_family_that_holds_the_camera_finds_its_exponent() -> None:
 # Scatter
 
 
+@pytest.mark.slow
 def test_scatter_between_exposures_is_found_and_flagged() -> None:
     """Every pixel of every exposure at a light of its own."""
     rng = np.random.default_rng(9)

@@ -162,6 +162,7 @@ def test_the_result_tells_where_it_comes_from(likelihood: Case) -> None:
     assert isinstance(found.curve, SampledCurve)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [(0.06, 10), (0.015, 20), (0.03, 60)], ids=str)
 def test_noise_that_is_not_typical_is_covered_too(noise: tuple[float, float]) -> None:
     table = table_of("srgb", slope=noise[0], floor=noise[1])
@@ -237,6 +238,7 @@ def test_settings_name_the_weight_and_nothing_else() -> None:
     assert LikelihoodSearch(model=MODELS["gamma"]).family == "gamma"
 
 
+@pytest.mark.slow
 def test_pairs_of_consecutive_frames_tell_less_each() -> None:
     table = table_of("srgb")
 
@@ -308,6 +310,7 @@ def test_a_family_that_holds_the_camera_finds_it() -> None:
     assert found.deviance == pytest.approx(1, abs=0.1)
 
 
+@pytest.mark.slow
 def test_evidence_prefers_the_family_that_is_nearer_the_camera() -> None:
     """SRGB is no power: with enough pixels three parameters earn their keep."""
     exact, gamma = of_family("ameegc2-exact", size=2), of_family("gamma", size=2)
@@ -325,6 +328,7 @@ def test_evidence_prefers_one_parameter_where_one_is_enough() -> None:
     assert gamma.log_evidence > exact.log_evidence + 1
 
 
+@pytest.mark.slow
 def test_a_family_too_poor_for_the_camera_explains_it_less() -> None:
     free = case_of("likelihood", "s-shaped").found
     poor = of_family("ameegc1", "s-shaped")
@@ -356,6 +360,7 @@ def test_only_families_have_parameters() -> None:
     assert case_of("likelihood", "srgb").found.parameter_covariance is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["ameegc2-exact", "gamma"])
 def test_errors_of_parameters_are_of_the_size_they_are_told_to_be(model: str) -> None:
     """Over members of the family as common as among cameras, and noise as it is taken to be."""
@@ -391,6 +396,7 @@ def log_ratio_deviation(response: Response) -> float:
     return float(np.sqrt(error.log_slope**2 + error.log_floor**2 - product))
 
 
+@pytest.mark.slow
 def test_channels_of_one_noise_ratio_tell_it_together() -> None:
     tables = {}
     for place, name in enumerate("RGB"):
@@ -427,6 +433,7 @@ def test_one_channel_has_nobody_to_tell_it_together_with() -> None:
     np.testing.assert_array_equal(deviations(found), deviations(alone))
 
 
+@pytest.mark.slow
 def test_each_channel_has_its_own_dark_frames() -> None:
     tables = {"R": table_of("linear"), "B": table_of("srgb")}
     search = LikelihoodSearch()
@@ -464,6 +471,7 @@ def rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["srgb", "linear", "s-shaped"])
 def test_what_dark_frames_would_do_is_what_they_do(name: str) -> None:
     """A scene with nothing below an irradiance of 0.2, and little near it."""
@@ -500,6 +508,7 @@ def test_a_family_is_not_told_to_take_dark_frames() -> None:
     assert of_family("gamma").inverse_lut_std_with_dark is None
 
 
+@pytest.mark.slow
 @pytest.mark.xfail(
     strict=True,
     reason="dark pixels count fully, pairs a fifth: two million of them outweigh the scene where "
@@ -517,6 +526,7 @@ def test_a_dark_frame_of_two_megapixels_does_no_harm() -> None:
 # Levels
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n_levels", "bit_depth"),
     [
@@ -548,6 +558,7 @@ def test_fewer_levels_than_the_file_has_are_no_misfit(n_levels: int, bit_depth: 
 # Scenes
 
 
+@pytest.mark.slow
 @pytest.mark.xfail(
     strict=True,
     reason="the prior of scenes has no flat patches: what their sharp histogram tells of the "

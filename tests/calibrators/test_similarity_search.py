@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from slow_cases import slow_but
 
 from chartless.calibrators import CALIBRATORS, SimilaritySearch
 from chartless.cooccurrence import Cooccurrence
@@ -50,7 +51,7 @@ def test_the_noise_of_a_simulated_camera_is_found_in_the_middle(found: Response)
 
 
 @pytest.mark.parametrize("objective", ["bin", "sampled"])
-@pytest.mark.parametrize("curve", ["gamma:0.45", "srgb"])
+@pytest.mark.parametrize("curve", slow_but(["gamma:0.45", "srgb"], "srgb"))
 def test_other_cameras_and_smooth_scenes_are_found(curve: str, objective: str):
     truth = named_curve(curve)
 
@@ -61,6 +62,7 @@ def test_other_cameras_and_smooth_scenes_are_found(curve: str, objective: str):
     assert response.method == f"ism-{objective}"
 
 
+@pytest.mark.slow
 def test_a_linear_camera_stays_nearly_linear():
     response = SimilaritySearch().calibrate(simulate(LINEAR))
 
@@ -114,6 +116,7 @@ def test_progress_rises_to_one(table: Cooccurrence):
     assert shares[-1] == 1
 
 
+@pytest.mark.slow
 def test_progress_reaches_one_also_when_the_search_converges_early(table: Cooccurrence):
     shares: list[float] = []
 
@@ -131,6 +134,7 @@ def test_a_search_that_was_stopped_early_says_so(table: Cooccurrence):
     assert Flag.SEARCH_UNFINISHED in response.flags
 
 
+@pytest.mark.slow
 def test_pairs_that_no_model_explains_are_flagged():
     frames = np.random.default_rng(9).integers(0, 256, (2, 300, 400), dtype=np.uint8)
 

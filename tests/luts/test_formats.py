@@ -94,6 +94,7 @@ def test_a_round_trip_keeps_the_curve(name: str, tmp_path: Path) -> None:
                 assert np.abs(had - has).max() <= each.precision
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOTH)
 @given(three=st.tuples(curves, curves, curves))
 def test_a_round_trip_keeps_any_curve(
@@ -175,6 +176,7 @@ def test_black_for_logarithms_stays_below_the_next_level() -> None:
         assert np.array_equal(table[1:], inverse_table(camera)[1:])
 
 
+@pytest.mark.slow
 @given(curve=curves, n_rows=st.integers(511, 5000))
 def test_lines_between_rows_of_another_grid_meet_the_curve_at_its_levels(
     curve: AbstractCurve, n_rows: int

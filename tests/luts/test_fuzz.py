@@ -133,6 +133,7 @@ def test_files_with_faults(name: str, data_path: Path, tmp_path: Path) -> None:
     assert n_read > N_CASES / 100  # else all faults are of one kind
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", READ)
 @given(content=st.binary(max_size=400) | st.text(max_size=400).map(str.encode))
 @example(content=b"")
