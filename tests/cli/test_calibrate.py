@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 from skimage.data import camera
+from slow_cases import slow_but
 
 from chartless import load, named_curve, rmse
 from chartless.flags import Flag
@@ -251,8 +252,8 @@ def doubts(chartless: Chartless, *frames: Path) -> set[str]:
     return {flag for channel in done.json["channels"] for flag in channel["flags"]}
 
 
-@pytest.mark.parametrize("response", ["srgb", "linear", "gamma:0.4"])
-@pytest.mark.parametrize("bit_depth", [8, 16])
+@pytest.mark.parametrize("response", slow_but(["srgb", "linear", "gamma:0.4"], "srgb"))
+@pytest.mark.parametrize("bit_depth", slow_but([8, 16], 8))
 def test_clean_frames_raise_no_doubt_about_themselves(
     bit_depth: int, response: str, photograph: Pixels, shoot: Shoot, chartless: Chartless
 ) -> None:
@@ -276,7 +277,7 @@ def test_a_camera_that_moved_is_noticed(
     assert found & {"refused", "motion"}, found
 
 
-@pytest.mark.parametrize("gain", [0.7, 0.9, 0.95, 1.05, 1.1, 1.3])
+@pytest.mark.parametrize("gain", slow_but([0.7, 0.9, 0.95, 1.05, 1.1, 1.3], 0.7, 0.95, 1.05))
 @pytest.mark.parametrize("subject", ["smooth", "photograph"])
 def test_brightness_that_changed_is_noticed(
     subject: str, gain: float, photograph: Pixels, shoot: Shoot, chartless: Chartless
@@ -692,6 +693,7 @@ def test_sixteen_bits_are_reduced_to_the_levels_asked_for(
     assert len(done.json["channels"][0]["inverse_lut"]) == 128
 
 
+@pytest.mark.slow
 def test_sixteen_and_eight_bits_tell_the_same_curve(shoot: Shoot, chartless: Chartless) -> None:
     curves = [
         chartless(

@@ -32,6 +32,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     return folder, json.loads(out.getvalue())
 
 
+@pytest.mark.slow
 def test_it_writes_its_files(demo: tuple[Path, Any]) -> None:
     folder, _ = demo
 
@@ -43,6 +44,7 @@ def test_it_writes_its_files(demo: tuple[Path, Any]) -> None:
     assert (spec.width, spec.height, spec.nchannels, str(spec.format)) == (512, 512, 3, "float")
 
 
+@pytest.mark.slow
 def test_json_is_the_calibration_with_the_truth(demo: tuple[Path, Any]) -> None:
     folder, printed = demo
     truth = printed["truth"]

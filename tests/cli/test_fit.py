@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from slow_cases import slow_but
 
 from chartless.fitting import fit
 from chartless.models import MODELS, Table
@@ -156,7 +157,9 @@ def test_the_rmse_is_that_of_the_parameters_printed(curve: Path, chartless: Char
 # Models
 
 
-@pytest.mark.parametrize("family", sorted(set(FAMILIES) - {"table"}))
+@pytest.mark.parametrize(
+    "family", slow_but(sorted(set(FAMILIES) - {"table"}), "ameegc", "emor", "gamma", "poly")
+)
 def test_every_name_of_a_model_is_accepted(family: str, curve: Path, chartless: Chartless) -> None:
     for name in FAMILIES[family][:7]:
         done = chartless("fit", curve, "--model", name, "--json")

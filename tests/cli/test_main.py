@@ -166,6 +166,7 @@ def test_an_interruption_is_one_line_and_leaves_nothing(
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_control_c_ends_a_long_search_at_once(shoot: Shoot, tmp_path: Path) -> None:
     output = tmp_path / "camera.json"
@@ -241,6 +242,7 @@ def test_the_traceback_is_there_for_those_who_ask(
     assert done.err.splitlines()[-1].startswith("chartless: error: internal error")
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error(program: str, colour_camera: Path) -> None:
     with subprocess.Popen(
         [program, "show", colour_camera, "--json"],
@@ -271,6 +273,7 @@ def test_no_summary_is_cut_short(
 # The installed program
 
 
+@pytest.mark.slow
 def test_the_installed_program_from_scene_to_light(
     program: str, shoot: Shoot, tmp_path: Path
 ) -> None:
@@ -299,6 +302,7 @@ def test_the_installed_program_refuses_with_one_line(program: str, tmp_path: Pat
     )
 
 
+@pytest.mark.slow
 def test_the_installed_program_tells_doubt_by_its_status(
     program: str, shoot: Shoot, tmp_path: Path
 ) -> None:

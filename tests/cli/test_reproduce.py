@@ -95,6 +95,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 # The folder
 
 
+@pytest.mark.slow
 def test_the_folder_holds_tables_figures_and_a_summary(reproduced: Reproduced) -> None:
     names = sorted(path.name for path in reproduced.folder.iterdir())
 
@@ -106,6 +107,7 @@ def test_the_folder_holds_tables_figures_and_a_summary(reproduced: Reproduced) -
         assert len(content) > 20_000
 
 
+@pytest.mark.slow
 def test_the_summary_has_every_family_and_order_with_the_statistics_agreed_upon(
     reproduced: Reproduced,
 ) -> None:
@@ -129,6 +131,7 @@ def test_the_summary_has_every_family_and_order_with_the_statistics_agreed_upon(
             assert statistics["seconds"] >= 0
 
 
+@pytest.mark.slow
 def test_every_fit_is_a_row_that_adds_up_to_the_summary(reproduced: Reproduced) -> None:
     rows = rows_of(reproduced.folder / "fits.csv")
 
@@ -146,6 +149,7 @@ def test_every_fit_is_a_row_that_adds_up_to_the_summary(reproduced: Reproduced) 
         assert statistics["max"] == pytest.approx(max(errors), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_the_winners_are_ranked_at_each_number_of_parameters(reproduced: Reproduced) -> None:
     rows = rows_of(reproduced.folder / "winners.csv")
 
@@ -167,6 +171,7 @@ def test_the_winners_are_ranked_at_each_number_of_parameters(reproduced: Reprodu
 # What is printed
 
 
+@pytest.mark.slow
 def test_the_medians_are_printed(reproduced: Reproduced) -> None:
     title, header, *rows, blank, last = reproduced.out.splitlines()
 
@@ -186,6 +191,7 @@ def test_the_medians_are_printed(reproduced: Reproduced) -> None:
         assert [float(cell) for cell in cells] == pytest.approx(medians, abs=6e-6)
 
 
+@pytest.mark.slow
 def test_a_second_run_prints_the_same_at_once_and_json_is_the_summary(
     reproduced: Reproduced, dorf_file: Path, chartless: Chartless, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -235,6 +241,7 @@ def test_an_interruption_is_one_line_and_the_next_run_goes_on(
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_two_processes_find_the_same_as_one(
     dorf_file: Path, tmp_path: Path, chartless: Chartless
@@ -258,6 +265,7 @@ def test_two_processes_find_the_same_as_one(
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_single_case(
     dorf_file: Path, tmp_path: Path, chartless: Chartless, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -54,6 +54,7 @@ def arguments(scenes: Path, dorf_file: Path) -> tuple[object, ...]:
     )
 
 
+@pytest.mark.slow
 def test_the_folder_holds_tables_figures_and_a_summary_and_json_is_the_summary(
     arguments: tuple[object, ...], tmp_path: Path, chartless: Chartless
 ) -> None:
@@ -149,6 +150,7 @@ def test_a_file_that_is_no_dorf(scenes: Path, tmp_path: Path, refusal: Refusal) 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there(
     arguments: tuple[object, ...], tmp_path: Path, refusal: Refusal
 ) -> None:

@@ -114,7 +114,13 @@ def test_json_is_the_file(colour_camera: Path, chartless: Chartless) -> None:
 
 
 @pytest.mark.parametrize(
-    ("extension", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("PNG", b"")]
+    ("extension", "magic"),
+    [
+        ("png", b"\x89PNG"),
+        pytest.param("svg", b"<?xml", marks=pytest.mark.slow),
+        pytest.param("pdf", b"%PDF", marks=pytest.mark.slow),
+        pytest.param("PNG", b"", marks=pytest.mark.slow),
+    ],
 )
 def test_a_picture_is_drawn(
     extension: str, magic: bytes, colour_camera: Path, chartless: Chartless, tmp_path: Path

@@ -183,6 +183,7 @@ def test_the_response_is_recovered(
     assert error < 0.06
 
 
+@pytest.mark.slow
 def test_the_response_is_recovered_from_a_photograph(
     sim: Path, chartless: Chartless, tmp_path: Path
 ) -> None:

@@ -80,6 +80,7 @@ def remarks(content: dict[str, Any]) -> list[str]:
     return list(content["provenance"]["remarks"])
 
 
+@pytest.mark.slow
 def test_dark_frames_may_be_a_video(record: Record, chartless: Chartless, tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     black = (rng.normal(18, 1, (192, 256)).round().clip(16).astype(np.uint8) for _ in range(3))
@@ -218,6 +219,7 @@ def test_a_video_that_is_missing_is_called_so(
     assert line == f"{tmp_path / 'none.mp4'}: does not exist: check the name"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["calibrate", "linearize"])
 def test_memory_does_not_grow_with_the_video(
     command: str, grey_camera: Path, tmp_path: Path

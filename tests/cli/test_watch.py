@@ -116,6 +116,7 @@ def test_what_is_not_good_enough_is_saved_with_another_status(
     assert load(tmp_path / "camera.json").channel("Y").n_pairs == 14 * 192 * 256
 
 
+@pytest.mark.slow
 def test_a_wider_band_may_do_and_none_may(record: Record, chartless: Chartless) -> None:
     clip = record(dim, n_frames=15)
 
@@ -126,6 +127,7 @@ def test_a_wider_band_may_do_and_none_may(record: Record, chartless: Chartless) 
     assert never.json["provenance"]["inputs"][0]["frames"] == [1, 30]
 
 
+@pytest.mark.slow
 def test_one_video_gives_one_result(record: Record, chartless: Chartless) -> None:
     clip = record(dim, n_frames=25)
 
@@ -136,6 +138,7 @@ def test_one_video_gives_one_result(record: Record, chartless: Chartless) -> Non
     assert first == second
 
 
+@pytest.mark.slow
 def test_json_is_the_calibration(record: Record, chartless: Chartless, tmp_path: Path) -> None:
     camera = tmp_path / "camera.json"
 
@@ -144,6 +147,7 @@ def test_json_is_the_calibration(record: Record, chartless: Chartless, tmp_path:
     assert done.json == json.loads(camera.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_a_window_forgets(record: Record, chartless: Chartless) -> None:
     done = chartless("watch", record(), "--window", 10, "--until", 0, "--json")
 
@@ -151,12 +155,14 @@ def test_a_window_forgets(record: Record, chartless: Chartless) -> None:
     assert done.json["provenance"]["settings"]["window"] == 10
 
 
+@pytest.mark.slow
 def test_colours_are_watched_on_request(record: Record, chartless: Chartless) -> None:
     done = chartless("watch", record(), "--channels", "rgb", "--json")
 
     assert [each["name"] for each in done.json["channels"]] == ["R", "G", "B"]
 
 
+@pytest.mark.slow
 def test_a_report_is_written(record: Record, chartless: Chartless, tmp_path: Path) -> None:
     report = tmp_path / "camera.html"
 
@@ -166,6 +172,7 @@ def test_a_report_is_written(record: Record, chartless: Chartless, tmp_path: Pat
     assert "11 pictures" in report.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_what_moves_is_left_out(record: Record, chartless: Chartless) -> None:
     def carried(scene: Pixels, number: int) -> Pixels:
         return np.roll(scene, 4 * min(number, 5), axis=1)
@@ -177,6 +184,7 @@ def test_what_moves_is_left_out(record: Record, chartless: Chartless) -> None:
     assert f"good enough after {5 + LEAST + 1} frames" in done.err
 
 
+@pytest.mark.slow
 def test_compressed_video_is_never_good_enough(record: Record, chartless: Chartless) -> None:
     clip = record(name="clip.mp4", codec="libx264", options={"crf": "20"})
 

@@ -211,6 +211,7 @@ def test_results_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> Non
         assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
 
 
+@pytest.mark.slow
 def test_several_processes_take_up_where_one_stopped(tmp_path: Path) -> None:
     cases = {f"{n}": partial(dict, value=n) for n in range(4)}
     run_cases({"2": cases["2"]}, tmp_path, fingerprint="f")
@@ -222,6 +223,7 @@ def test_several_processes_take_up_where_one_stopped(tmp_path: Path) -> None:
     assert (tmp_path / "2.json").stat().st_mtime_ns == before
 
 
+@pytest.mark.slow
 def test_a_case_computes_with_one_thread(tmp_path: Path) -> None:
     from threadpoolctl import threadpool_info
 
@@ -240,6 +242,7 @@ def refused() -> Any:
     raise ImageError("a.png", "no such file")  # noqa: EM101 - a path
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_one_line_and_costs_no_record(tmp_path: Path) -> None:
     cases: dict[str, Any] = {f"{n}": partial(dict, value=n) for n in range(20)}
     calls: list[int] = []
@@ -261,6 +264,7 @@ def test_a_killed_process_is_one_line_and_costs_no_record(tmp_path: Path) -> Non
     assert len(results) == 21
 
 
+@pytest.mark.slow
 def test_an_error_in_another_process_is_its_own(tmp_path: Path) -> None:
     cases: dict[str, Any] = {f"{n}": partial(dict, value=n) for n in range(2)}
 
@@ -270,6 +274,7 @@ def test_an_error_in_another_process_is_its_own(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0.json", "1.json"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")  # joblib tells what it leaves undone
 def test_several_processes_are_interrupted_in_silence(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]

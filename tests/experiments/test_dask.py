@@ -61,6 +61,7 @@ def wait_until_idle(cluster: Any) -> None:
     pytest.fail(f"left on the scheduler: {list(cluster.scheduler.tasks)}")
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_its_running_case_only(cluster: Any, tmp_path: Path) -> None:
     log = tmp_path / "log"
     cases = {f"{n:02d}": partial(case, n, 0.15, log) for n in range(12)}
@@ -97,6 +98,7 @@ def test_a_killed_worker_costs_its_running_case_only(cluster: Any, tmp_path: Pat
     wait_until_idle(cluster)
 
 
+@pytest.mark.slow
 def test_a_case_that_kills_every_worker_is_named(
     cluster: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -121,6 +123,7 @@ def test_a_case_that_kills_every_worker_is_named(
     assert "distributed.client" not in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_error_of_a_case_is_its_own(cluster: Any, tmp_path: Path) -> None:
     cases = {
         "a": partial(case, 1, 0),
@@ -136,6 +139,7 @@ def test_the_error_of_a_case_is_its_own(cluster: Any, tmp_path: Path) -> None:
     wait_until_idle(cluster)  # the others were dropped
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_on_a_cluster_goes_on(cluster: Any, tmp_path: Path) -> None:
     cases = {f"{n}": partial(case, n, 0.1) for n in range(6)}
     address = cluster.scheduler_address
@@ -162,6 +166,7 @@ def test_an_interrupted_run_on_a_cluster_goes_on(cluster: Any, tmp_path: Path) -
     assert results == {name: run() for name, run in cases.items()}
 
 
+@pytest.mark.slow
 def test_a_case_on_a_cluster_computes_with_one_thread(cluster: Any, tmp_path: Path) -> None:
     address = cluster.scheduler_address
 
@@ -173,6 +178,7 @@ def test_a_case_on_a_cluster_computes_with_one_thread(cluster: Any, tmp_path: Pa
 # Schedulers that are none
 
 
+@pytest.mark.slow
 def test_a_worker_is_no_scheduler(cluster: Any, tmp_path: Path) -> None:
     worker = next(iter(cluster.scheduler.workers))
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from slow_cases import slow_but
 
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import OutputError
@@ -129,6 +130,7 @@ def test_the_plan_has_every_family_at_every_order_up_to_six(dorf: Dorf) -> None:
 # Results
 
 
+@pytest.mark.slow
 def test_results_are_those_of_fit(dorf: Dorf, finished: tuple[Path, list[FitTable]]) -> None:
     rows = [0, 6, 11]
     for table in finished[1]:
@@ -143,6 +145,7 @@ def test_results_are_those_of_fit(dorf: Dorf, finished: tuple[Path, list[FitTabl
         assert table.not_monotone.tolist() == [not each.increases for each in found]
 
 
+@pytest.mark.slow
 def test_families_that_promise_it_stay_increasing_and_inside(
     finished: tuple[Path, list[FitTable]],
 ) -> None:
@@ -155,6 +158,7 @@ def test_families_that_promise_it_stay_increasing_and_inside(
             assert not table.out_of_range.any(), table.family
 
 
+@pytest.mark.slow
 def test_each_order_of_an_extensible_family_comes_nearer(
     finished: tuple[Path, list[FitTable]],
 ) -> None:
@@ -188,6 +192,7 @@ def test_the_summary_of_a_table_is_that_of_its_curves() -> None:
     assert json.loads(json.dumps(summary))["not_monotone"] == 2
 
 
+@pytest.mark.slow
 def test_the_best_family_of_each_number_of_parameters_comes_first(
     finished: tuple[Path, list[FitTable]],
 ) -> None:
@@ -204,6 +209,7 @@ def test_the_best_family_of_each_number_of_parameters_comes_first(
 # Files
 
 
+@pytest.mark.slow
 def test_every_fit_is_a_row(dorf: Dorf, finished: tuple[Path, list[FitTable]]) -> None:
     folder, tables = finished
     rows = rows_of(folder / "fits.csv")
@@ -234,6 +240,7 @@ def test_a_copy_is_marked(dorf: Dorf, tmp_path: Path) -> None:
     assert {row: first for row, first in equal.items() if first} == {7: "2", 11: "2"}
 
 
+@pytest.mark.slow
 def test_the_winners_are_ranked(finished: tuple[Path, list[FitTable]]) -> None:
     folder, tables = finished
     rows = rows_of(folder / "winners.csv")
@@ -250,6 +257,7 @@ def test_the_winners_are_ranked(finished: tuple[Path, list[FitTable]]) -> None:
             assert float(before["median_rmse"]) <= float(after["median_rmse"])
 
 
+@pytest.mark.slow
 def test_figures_are_drawn(dorf: Dorf, finished: tuple[Path, list[FitTable]]) -> None:
     _, tables = finished
     figures = {
@@ -273,7 +281,7 @@ def test_figures_are_drawn(dorf: Dorf, finished: tuple[Path, list[FitTable]]) ->
 # Interruption
 
 
-@pytest.mark.parametrize("stop_after", [0, 1, 5])
+@pytest.mark.parametrize("stop_after", slow_but([0, 1, 5], 1))
 def test_an_interrupted_run_goes_on_where_it_stopped(
     stop_after: int, dorf: Dorf, ran: list[str], tmp_path: Path
 ) -> None:
@@ -346,6 +354,7 @@ def test_records_of_other_data_are_done_again(
     assert all(len(table.rmse) == (2 if change == "cases" else 3) for table in tables)
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_processes(
     dorf: Dorf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -439,6 +448,7 @@ def test_a_basis_made_without_the_camera_is_not_the_one_of_the_package(dorf: Dor
 # The measured cameras
 
 
+@pytest.mark.slow
 def test_the_measured_cameras_are_described_as_the_paper_found(
     data_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -469,6 +479,7 @@ def test_the_measured_cameras_are_described_as_the_paper_found(
             assert table.summary["not_monotone"] == pytest.approx(decrease, abs=2)
 
 
+@pytest.mark.slow
 def test_a_left_out_basis_is_no_better_on_measured_cameras(
     data_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -144,6 +144,7 @@ def test_every_method_sees_the_same_pairs_and_the_table_has_a_row_for_each(
     assert all(float(row["rmse"]) < 0.5 for row in rows)
 
 
+@pytest.mark.slow
 def test_one_process_two_and_a_cluster_give_the_same_summary(
     scenes: Path, dorf: Dorf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,6 +220,7 @@ def test_a_summary_has_no_times_in_it() -> None:
 # Dependence on the frames
 
 
+@pytest.mark.slow
 def test_every_factor_is_varied_around_one_camera(
     scenes: Path, dorf: Dorf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -243,6 +245,7 @@ def test_every_factor_is_a_property_of_the_camera(field: str) -> None:
     assert field in noise_sweeps.Camera.__dataclass_fields__
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_from_results(scenes: Path) -> None:
     case = NoiseCase(0, "a.png", 0.02, 10.0, 0, 0)
     searches = dict.fromkeys(noise.SEARCHES, outcome(0.01))

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from slow_cases import slow_but
 
 from chartless import Calibration, load, named_curve, save
 from chartless.flags import Flag, Pattern
@@ -236,7 +237,9 @@ def exposures_of(page: str, parsed: Parse) -> Element:
     return table
 
 
-@pytest.mark.parametrize("found", [(1.0, 2.0, 4.0), (1.0, 2.0004, 4.0), (1.0, 2.0)])
+@pytest.mark.parametrize(
+    "found", slow_but([(1.0, 2.0, 4.0), (1.0, 2.0004, 4.0), (1.0, 2.0)], (1.0, 2.0004, 4.0))
+)
 def test_exposures_as_given_are_not_listed_twice(
     found: tuple[float, ...], of_bracket: Calibration, parsed: Parse
 ) -> None:
@@ -276,6 +279,7 @@ def test_lines_break_between_channels_only(page: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_weight_is_explained(of_noise: Calibration, parsed: Parse) -> None:
     known = {**of_noise.provenance, "settings": {"weight": 0.2}}
 
@@ -379,6 +383,7 @@ def test_the_calibration_can_be_saved_from_it(
         assert np.abs(again.channels[0].inverse_lut - given).max() < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_levels", [1024, 65536])
 def test_large_calibrations_make_small_pages(
     n_levels: int, of_noise: Calibration, parsed: Parse
@@ -406,6 +411,7 @@ def test_pages_are_small(page: str, bracket_page: str) -> None:
     assert len(bracket_page.encode()) < 5e5
 
 
+@pytest.mark.slow
 def test_one_calibration_makes_one_page(page: str, of_noise: Calibration, frame: Frame) -> None:
     assert render(of_noise, frame) == page
 

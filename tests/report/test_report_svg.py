@@ -34,6 +34,7 @@ def test_text_stays_text_to_the_last_digit() -> None:
     assert {"0.12345", "2.71828182", "a <b> & c"} <= set(texts)
 
 
+@pytest.mark.slow
 def test_threads_that_draw_at_once_do_not_mix_their_settings() -> None:
     def draw(salt: str) -> str:
         return str(inline_svg(lambda axes: axes.plot([0, 1]), SIZE, salt=salt))

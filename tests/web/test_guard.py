@@ -119,6 +119,7 @@ def test_cookies_are_of_no_use_to_scripts_or_other_sites(nobody: Client) -> None
     assert "samesite=strict" in cookie
 
 
+@pytest.mark.slow
 def test_a_browser_sees_its_own_workspace_alone(nobody: Client, frames: list[Path]) -> None:
     one, other = Client(nobody.port).begin(), Client(nobody.port).begin()
     one.put("a.png", frames[0].read_bytes())

@@ -119,6 +119,7 @@ def test_it_says_where_the_page_is_and_listens_there_alone(start: Start) -> None
     assert f"00000000:{port}" not in listening
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not socket.has_ipv6, reason="no IPv6 here")
 def test_an_address_of_the_next_kind(start: Start) -> None:
     try:
@@ -133,6 +134,7 @@ def test_an_address_of_the_next_kind(start: Start) -> None:
         assert b"<title>chartless</title>" in answer.read()
 
 
+@pytest.mark.slow
 def test_another_address_takes_a_token(start: Start) -> None:
     server = start("--host", "0.0.0.0")
     found = re.search(r"http://(.+):(\d+)/\?token=([\w-]{20,})", server.line)
@@ -147,6 +149,7 @@ def test_another_address_takes_a_token(start: Start) -> None:
     assert client.ask("GET", "/").status == 200
 
 
+@pytest.mark.slow
 def test_with_others_on_the_network_it_says_what_is_true(start: Start) -> None:
     """On the terminal and on the page; without them, that files stay here."""
     own, shared = start(), start("--host", "0.0.0.0")
@@ -169,6 +172,7 @@ def test_with_others_on_the_network_it_says_what_is_true(start: Start) -> None:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_what_is_sent_takes_no_memory_of_the_server(start: Start) -> None:
     """A picture in 1 kB that is decoded to tell its size, bytes of nothing, a table of 8 MB."""
@@ -225,6 +229,7 @@ def peak_kilobytes(process: int) -> int:
     return int(found[1])
 
 
+@pytest.mark.slow
 def test_headers_without_end(start: Start) -> None:
     server = start()
     with socket.create_connection(("127.0.0.1", server.client.port), PATIENCE) as connection:
@@ -237,6 +242,7 @@ def test_headers_without_end(start: Start) -> None:
     assert server.client.ask("GET", "/").status == 200
 
 
+@pytest.mark.slow
 def test_many_connections_that_say_nothing(start: Start) -> None:
     client = start().client
     with contextlib.ExitStack() as opened:
@@ -246,6 +252,7 @@ def test_many_connections_that_say_nothing(start: Start) -> None:
         assert client.ask("GET", "/").status == 200
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="sets limits of another process")
 def test_more_connections_than_the_computer_has_room_for(start: Start) -> None:
     resource = pytest.importorskip("resource")
@@ -260,6 +267,7 @@ def test_more_connections_than_the_computer_has_room_for(start: Start) -> None:
     assert server.end(signal.SIGINT)[::2] == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
 def test_without_the_process_that_clears_it_is_cleared(start: Start) -> None:
     server = start()
@@ -304,6 +312,7 @@ def test_killed_in_the_middle_of_a_job_it_leaves_nothing(start: Start, frames: l
     assert server.is_cleared()
 
 
+@pytest.mark.slow
 def test_interrupted_while_a_file_is_sent_it_ends(start: Start) -> None:
     server = start()
     with server.client.half_sent("a.png", 1_000_000, b"\x89PNG"):
@@ -350,6 +359,7 @@ def test_without_its_extra_it_says_what_to_install() -> None:
     assert run.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_browser_that_does_not_open_is_no_error(start: Start) -> None:
     server = start("--browser", BROWSER="/does/not/exist %s")
     time.sleep(1)

@@ -158,6 +158,7 @@ def test_what_the_computer_cannot_do_is_told_without_its_paths(tmp_path: Path) -
     assert str(tmp_path) not in answer["failed"]
 
 
+@pytest.mark.slow
 def test_without_processes_a_calibration_fails_and_says_so(
     tmp_path: Path, frames: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -126,6 +126,7 @@ class TestHarm:
         assert "/tmp" not in text
         assert "files/" not in text
 
+    @pytest.mark.slow
     @pytest.mark.skipif(sys.platform != "linux", reason="needs RLIMIT_AS")
     def test_a_process_may_not_take_all_memory(self, tmp_path: Path, frames: list[Path]) -> None:
         """Two pictures are too large; for others there is room again."""
@@ -212,6 +213,7 @@ class TestLimits:
             connection.settimeout(PATIENCE)
             assert connection.recv(100).startswith(b"HTTP/1.1 408 ")
 
+    @pytest.mark.slow
     def test_a_calibration_too_large(self, tmp_path: Path) -> None:
         limits = Limits(calibration_bytes=1000)
         with serving(tmp_path, limits=limits) as nobody:
@@ -227,6 +229,7 @@ class TestLimits:
 
         assert statuses == [201, 201, 201, 413]
 
+    @pytest.mark.slow
     def test_too_many_results(self, strict_client: Client, frames: list[Path]) -> None:
         for path in frames:
             strict_client.put(path.name, path.read_bytes())
@@ -299,6 +302,7 @@ class TestCalibrations:
         assert ours == theirs
         assert "attachment" in answer.headers["content-disposition"]
 
+    @pytest.mark.slow
     def test_an_export_is_that_of_the_command_line(self, given: Client, tmp_path: Path) -> None:
         key = given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"]
         given.finished(key)
@@ -312,6 +316,7 @@ class TestCalibrations:
             assert f"camera{suffix}" in answer.headers["content-disposition"]
             assert "band" in answer.headers["x-lost"]
 
+    @pytest.mark.slow
     def test_of_several_files_an_archive(self, given: Client) -> None:
         key = given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"]
         given.finished(key)
@@ -346,6 +351,7 @@ class TestCalibrations:
         (tmp_path / "c.json").write_bytes(own.body)
         assert load(tmp_path / "c.json").channels
 
+    @pytest.mark.slow
     def test_a_calibration_given_opens_no_file_that_it_names(
         self, client: Client, given: Client, frames: list[Path]
     ) -> None:
@@ -372,6 +378,7 @@ class TestCalibrations:
         assert file.json["provenance"]["inputs"][0]["file"] == "given.cube"
         assert str(desk).encode() not in file.body
 
+    @pytest.mark.slow
     def test_what_was_made_already_is_not_made_again(self, given: Client) -> None:
         first, again, other = (
             given.ask("POST", "/api/cameras", {"method": "nlf", **options}).json["id"]
@@ -389,6 +396,7 @@ class TestCalibrations:
         assert given.finished(with_cap)["state"] == "failed"
         assert given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"] != with_cap
 
+    @pytest.mark.slow
     def test_what_was_chosen_is_in_the_title(self, given: Client) -> None:
         options = {
             "method": "nlf", "model": "", "channels": "luma", "evidence": "noise", "times": "1,2",
@@ -402,6 +410,7 @@ class TestCalibrations:
         chosen = {name: options[name] for name in ("method", "channels", "evidence")}
         assert camera["options"] == {**chosen, "times": "1, 2", "shared_noise": True}
 
+    @pytest.mark.slow
     def test_several_are_compared(self, given: Client) -> None:
         keys = [
             given.ask("POST", "/api/cameras", {"method": "nlf", **options}).json["id"]
@@ -416,6 +425,7 @@ class TestCalibrations:
         assert "<svg" in page
         assert given.ask("GET", "/api/comparison?cameras=1,2").status == 404
 
+    @pytest.mark.slow
     def test_one_is_given_up_while_it_is_made(self, given: Client) -> None:
         key = given.ask("POST", "/api/cameras", {}).json["id"]
         assert given.state["cameras"][0]["state"] == "running"
@@ -447,6 +457,7 @@ class TestCalibrations:
         assert "\n" not in text
         assert "root:" not in text
 
+    @pytest.mark.slow
     def test_files_may_be_removed_while_they_are_read(
         self, given: Client, frames: list[Path], desk: Path
     ) -> None:
@@ -475,6 +486,7 @@ class TestCalibrations:
             answer = client.ask("GET", f"/api/cameras/{key}/{name}")
             assert (answer.status, answer.error) == (404, "It was removed in the meantime.")
 
+    @pytest.mark.slow
     def test_files_removed_take_room_as_long_as_they_are_read(
         self, strict_client: Client, frames: list[Path]
     ) -> None:
@@ -489,6 +501,7 @@ class TestCalibrations:
         assert status == 413
         assert strict_client.put("c.png", padded[0]).status == 201
 
+    @pytest.mark.slow
     def test_nothing_but_options_of_the_page_is_passed_on(self, given: Client) -> None:
         options = {"dark": ["/etc/passwd"], "mask": "/etc/passwd", "jobs": 99, "frames": ["/x"]}
         key = given.ask("POST", "/api/cameras", {"method": "nlf", **options}).json["id"]
@@ -498,6 +511,7 @@ class TestCalibrations:
     def test_without_frames(self, client: Client) -> None:
         assert "no frames yet" in client.ask("POST", "/api/cameras", {}).error
 
+    @pytest.mark.slow
     def test_frames_left_out_and_lens_caps(self, given: Client, frames: list[Path]) -> None:
         dark = np.random.default_rng(1).integers(0, 6, (2, 240, 320)).astype(np.uint8)
         for number, levels in enumerate(dark):
@@ -517,6 +531,7 @@ class TestCalibrations:
         assert [each["file"] for each in provenance["inputs"]] == ["shot_1.png", "shot_2.png"]
 
 
+@pytest.mark.slow
 def test_files_that_a_browser_gave_are_nobody_elses(tmp_path: Path, frames: list[Path]) -> None:
     with serving(tmp_path) as nobody:
         client = nobody.begin()
@@ -526,6 +541,7 @@ def test_files_that_a_browser_gave_are_nobody_elses(tmp_path: Path, frames: list
             assert folder.stat().st_mode & 0o077 == 0
 
 
+@pytest.mark.slow
 def test_a_file_called_like_a_module_is_not_run(tmp_path: Path, frames: list[Path]) -> None:
     """Workers run where uploads lie."""
     with serving(tmp_path) as nobody:
