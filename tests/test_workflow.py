@@ -291,7 +291,8 @@ def test_matrices_are_small_and_multiplied_by_one_thread(times: list[float] | No
 def test_repeats_of_two_exposures_are_added_up(monkeypatch: pytest.MonkeyPatch) -> None:
     frames = exposures_of([0.1, 0.1, 0.1, 0.4, 0.4])
     alone = [
-        calibrate(part, method="nlf").channel("Y").n_pairs for part in (frames[:3], frames[3:])
+        calibrate(part, method="nlf", n_levels=64).channel("Y").n_pairs
+        for part in (frames[:3], frames[3:])
     ]
 
     told: list[int] = []
@@ -302,7 +303,7 @@ def test_repeats_of_two_exposures_are_added_up(monkeypatch: pytest.MonkeyPatch) 
         return original(self, *given, **more)
 
     monkeypatch.setattr(LikelihoodSearch, "search", noting)
-    response = calibrate(frames, times=[1, 1, 1, 4, 4]).channel("Y")
+    response = calibrate(frames, times=[1, 1, 1, 4, 4], n_levels=64).channel("Y")
 
     assert told == [3]  # of the longer run: they do not go on from one another
     assert response.table is not None
@@ -319,12 +320,14 @@ def test_a_mask_chooses_pixels_of_exposures_and_of_repeats() -> None:
         levels[60:] = np.random.default_rng(levels.sum()).integers(0, 256, (60, 160))
 
     found, same = (
-        to_json(calibrate(each, times=[1, 4, 4, 10], mask=mask)) for each in (frames, spoiled)
+        to_json(calibrate(each, times=[1, 4, 4, 10], mask=mask, n_levels=64))
+        for each in (frames, spoiled)
     )
 
     assert found["channels"] == same["channels"]
 
 
+@pytest.mark.slow
 def test_sixteen_bits_and_more_levels_than_are_compared() -> None:
     light = np.exp(5 * (np.linspace(0, 1, 120 * 160).reshape(120, 160) - 1))
     frames = [

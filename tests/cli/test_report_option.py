@@ -14,12 +14,11 @@ Shoot = Callable[..., list[Path]]
 
 @pytest.fixture
 def frames(shoot: Shoot) -> list[Path]:
-    return shoot(n_channels=3)
+    return shoot()
 
 
-def test_calibrate_writes_a_report(
-    frames: list[Path], chartless: Chartless, tmp_path: Path
-) -> None:
+def test_calibrate_writes_a_report(shoot: Shoot, chartless: Chartless, tmp_path: Path) -> None:
+    frames = shoot(n_channels=3)
     camera, report = tmp_path / "camera.json", tmp_path / "camera.html"
 
     done = chartless("calibrate", *frames, "--method", "nlf", "-o", camera, "--report", report)
