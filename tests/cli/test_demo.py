@@ -32,7 +32,6 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     return folder, json.loads(out.getvalue())
 
 
-@pytest.mark.slow
 def test_it_writes_its_files(demo: tuple[Path, Any]) -> None:
     folder, _ = demo
 
@@ -44,7 +43,6 @@ def test_it_writes_its_files(demo: tuple[Path, Any]) -> None:
     assert (spec.width, spec.height, spec.nchannels, str(spec.format)) == (512, 512, 3, "float")
 
 
-@pytest.mark.slow
 def test_json_is_the_calibration_with_the_truth(demo: tuple[Path, Any]) -> None:
     folder, printed = demo
     truth = printed["truth"]
@@ -74,6 +72,7 @@ def without_search(demo: tuple[Path, Any], monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("chartless.workflow.calibrate", calibrate)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_search")
 def test_it_prints_a_table_with_the_errors(
     demo: tuple[Path, Any], chartless: Chartless, tmp_path: Path
@@ -93,6 +92,7 @@ def test_it_prints_a_table_with_the_errors(
         assert (folder / name).is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_search")
 def test_it_is_the_same_every_time(
     demo: tuple[Path, Any], chartless: Chartless, tmp_path: Path
@@ -123,6 +123,7 @@ def test_a_folder_that_cannot_be_made(
     assert why in line
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_search")
 def test_a_folder_in_use_is_used_again(
     demo: tuple[Path, Any], chartless: Chartless, tmp_path: Path
