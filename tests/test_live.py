@@ -163,6 +163,7 @@ def test_a_change_of_exposure_shows_more_of_the_curve() -> None:
     assert rmse(live_calibration(both).channel("Y").curve, CURVE) < 2 * bands[1]
 
 
+@pytest.mark.slow
 def test_mixed_gains_would_bend_the_curve(monkeypatch: pytest.MonkeyPatch) -> None:
     dim, bright = taken([0.45 * WIDE] * 10), taken([WIDE] * 10, with_gain(2.0), seed=2)
 

@@ -172,6 +172,7 @@ def test_the_result_tells_where_it_comes_from() -> None:
     assert given.exposures.scatter < 0.02
 
 
+@pytest.mark.slow
 def test_exposures_count_up_to_a_factor() -> None:
     shifted = found("srgb", said=tuple(1 / 60 * t for t in EXPOSURES))
 

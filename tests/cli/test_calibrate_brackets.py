@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 import pytest
+from slow_cases import slow_but
 
 from chartless import load, named_curve, rmse
 
@@ -150,7 +151,7 @@ def test_times_may_be_a_file(bracket: Bracket, chartless: Chartless) -> None:
     assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES)
 
 
-@pytest.mark.parametrize("extension", ["jpg", "tif"])
+@pytest.mark.parametrize("extension", slow_but(["jpg", "tif"], "tif"))
 def test_exif_makes_a_bracket(extension: str, bracket: Bracket, chartless: Chartless) -> None:
     """Where TIFF files are written here, they lose their ISO: times alone will do."""
     last = settings(1 / 16, 400) if extension == "jpg" else settings(1 / 4)
@@ -173,6 +174,7 @@ def test_exif_makes_a_bracket(extension: str, bracket: Bracket, chartless: Chart
     assert np.mean(np.abs(off) <= 2 * np.array(channel["inverse_lut_std"])) > 0.75
 
 
+@pytest.mark.slow
 def test_exposures_of_jpegs_that_are_far_from_what_they_say_are_flagged(
     bracket: Bracket, chartless: Chartless
 ) -> None:
@@ -257,6 +259,7 @@ def test_unknown_exposures_are_found_and_doubted(bracket: Bracket, chartless: Ch
     assert math.log(relative[2]) / math.log(relative[1]) == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_unknown_exposures_may_be_named(bracket: Bracket, chartless: Chartless) -> None:
     """Repeats of one of them tell the exponent."""
     frames = bracket([1.0, 4.0, 4.0, 16.0])
@@ -301,6 +304,7 @@ def test_a_method_of_exposures_leaves_repeats_aside(bracket: Bracket, chartless:
     assert done.json["channels"][0]["noise"] is None
 
 
+@pytest.mark.slow
 def test_the_order_of_the_files_makes_no_difference(bracket: Bracket, chartless: Chartless) -> None:
     frames = bracket()
     runs = [
@@ -318,6 +322,7 @@ def test_the_order_of_the_files_makes_no_difference(bracket: Bracket, chartless:
     assert runs[0] == runs[1]
 
 
+@pytest.mark.slow
 def test_unaligned_frames_are_matched_by_their_histograms(
     bracket: Bracket, chartless: Chartless, shoot: Shoot
 ) -> None:
@@ -468,9 +473,13 @@ def flat(shoot: Shoot, *levels: int) -> list[Path]:
     ("levels", "message"),
     [
         ((400, 400, 400), "0.png is 100% white: two exposures must show something; give shorter"),
-        ((-90, -90, -90), "0.png is 100% black: two exposures must show something; give longer"),
-        ((-90, 100, 400), "two exposures must show something"),
-        ((20, 40, 60), "too few to tell a curve (least 25%)"),
+        pytest.param(
+            (-90, -90, -90),
+            "0.png is 100% black: two exposures must show something; give longer",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param((-90, 100, 400), "two exposures must show something", marks=pytest.mark.slow),
+        pytest.param((20, 40, 60), "too few to tell a curve (least 25%)", marks=pytest.mark.slow),
         ((120, 100, 40), "2.png is darker than "),
     ],
 )
