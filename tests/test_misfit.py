@@ -110,6 +110,7 @@ def test_the_noise_level_alone_notices_what_is_not_gaussian(fault: str) -> None:
     assert (Flag.MISFIT in found.flags) == (fault != "none")
 
 
+@pytest.mark.slow
 def test_a_family_too_stiff_is_wrong_about_the_noise_of_levels() -> None:
     light = 1 / (1 + (0.18 / (scene() + 1e-3)) ** 1.6)  # as film: seen through a linear camera
     rng = np.random.default_rng(4)

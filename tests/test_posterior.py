@@ -418,6 +418,7 @@ def test_deviations_of_levels_are_those_of_draws() -> None:
     np.testing.assert_allclose(np.std(levels, axis=0), deviations, rtol=0.06, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_integral_is_that_of_a_finer_grid(
     space: AbstractCurveSpace, counts: PairCounts, modes: list[Mode], posterior: Posterior
 ) -> None:

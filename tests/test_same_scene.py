@@ -251,6 +251,7 @@ def test_a_long_exposure_that_is_mostly_white_is_not_darker(quality: int, tmp_pa
 # Real pictures
 
 
+@pytest.mark.slow
 def test_real_brackets_show_one_scene(data_path: Path) -> None:
     folders = sorted(path for path in (data_path / "middlebury").glob("*") if path.is_dir())
     brackets = [sorted(path.glob("wb1i1e?-jpg.png")) for path in folders]

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from scipy.ndimage import gaussian_filter
+from slow_cases import slow_but
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import chartless
@@ -369,7 +370,7 @@ def test_a_failure_of_the_plan_comes_before_pixels_are_read(
         calibrate(paths, method="debevec")
 
 
-@pytest.mark.parametrize("n_pixels", [30, 100, 500])
+@pytest.mark.parametrize("n_pixels", slow_but([30, 100, 500], 100))
 def test_a_bracket_of_few_pixels_is_right_within_its_band(n_pixels: int) -> None:
     """The end of the curve does not drift with their number, as that of others does."""
     rng = np.random.default_rng(n_pixels)

@@ -148,7 +148,7 @@ def test_a_search_ends_where_little_is_left_to_gain(name: str, how: dict[str, An
     assert mode.steps < 10
 
 
-@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("name", slow_but(CURVES, "srgb"))
 def test_a_found_curve_increases_from_black_to_white(name: str) -> None:
     lut = found(name).inverse_lut
 

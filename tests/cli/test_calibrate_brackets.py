@@ -517,7 +517,11 @@ def test_unknown_exposures_that_do_not_differ(shoot: Shoot, refusal: Refusal) ->
 
 
 @pytest.mark.parametrize(
-    "how", [("--times", "1,4,16"), ("--times", "unknown"), ("--evidence", "noise")]
+    "how",
+    slow_but(
+        [("--times", "1,4,16"), ("--times", "unknown"), ("--evidence", "noise")],
+        ("--times", "1,4,16"),
+    ),
 )
 def test_different_photographs_are_refused(
     how: tuple[str, ...], data_path: Path, refusal: Refusal

@@ -31,6 +31,7 @@ def test_calibrate_writes_a_report(shoot: Shoot, chartless: Chartless, tmp_path:
     assert frames[0].name in page
 
 
+@pytest.mark.slow
 def test_show_writes_the_same_report(
     frames: list[Path], chartless: Chartless, tmp_path: Path
 ) -> None:

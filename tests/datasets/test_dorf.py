@@ -370,6 +370,7 @@ def test_the_measured_cameras(measured: Dorf) -> None:
     assert all(sizes[name] == 1 for name in measured.names if name.startswith("gamma"))
 
 
+@pytest.mark.slow
 def test_no_measured_camera_leaves_a_copy_behind(measured: Dorf) -> None:
     for row in range(201):
         remain = measured.left_out(row)

@@ -78,6 +78,7 @@ def in_blue(of_noise: Calibration, curve: ModelCurve) -> Calibration:
     return replace(of_noise, channels=(red, green, replace(blue, curve=curve)))
 
 
+@pytest.mark.slow
 def test_a_difference_in_one_channel_is_not_hidden(of_noise: Calibration) -> None:
     """f = I in blue alone, where the first has √I: a quarter in the middle."""
     text = comparison(
@@ -127,6 +128,7 @@ def test_the_figures_say_what_they_show(compared: Callable[..., Element]) -> Non
         assert re.search(r"linear, by \+0\.250 at brightness 0\.50", told)
 
 
+@pytest.mark.slow
 def test_curves_below_the_first_have_a_sign(compared: Callable[..., Element]) -> None:
     part = compared(steep=ModelCurve("gamma", (0.25,)))
 
@@ -137,6 +139,7 @@ def test_curves_that_are_the_same_are_called_so(compared: Callable[..., Element]
     assert "the same to three digits" in texts(compared(same=GAMMA), "figcaption")[3]
 
 
+@pytest.mark.slow
 def test_long_names_leave_room_for_the_curves(compared: Callable[..., Element]) -> None:
     """What differs is at their end, and the table has all of it."""
     name = f"{'x' * 500}, gumbel4"

@@ -362,6 +362,7 @@ def test_texts_from_files_are_only_texts(of_bracket: Calibration, parsed: Parse)
     assert text_of(tree).count("<script>alert(1)</script>") >= 5
 
 
+@pytest.mark.slow
 def test_the_calibration_can_be_saved_from_it(
     page: str, parsed: Parse, of_noise: Calibration, tmp_path: Path
 ) -> None:
