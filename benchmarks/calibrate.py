@@ -29,12 +29,12 @@ from pathlib import Path
 import numpy as np
 from skimage.data import astronaut
 
-from chartless.calibrators import CALIBRATORS
 from chartless.curves import named_curve
-from chartless.evidence import noise_evidence
+from chartless.evidence.noise.gather import noise_evidence
 from chartless.images import read_frame
+from chartless.methods import CALIBRATORS
 from chartless.noise import AffineNoise
-from chartless.simulation_file import write_simulation
+from chartless.simulate.file import write_simulation
 from chartless.types import Floats
 from chartless.workflow import DEFAULT_METHOD, calibrate
 

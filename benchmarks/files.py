@@ -59,19 +59,19 @@ from PIL import Image
 from scipy.ndimage import zoom
 
 from chartless import calibrate
-from chartless.calibration import Calibration
-from chartless.calibrators import LikelihoodSearch
 from chartless.curves import SampledCurve
+from chartless.curves.prior import CurvePrior
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import ChartlessError
+from chartless.evidence.plan import EXIF_ERROR
 from chartless.experiments.noise import curve_prior
 from chartless.images import read_values
-from chartless.log_slopes import CurvePrior
+from chartless.methods import LikelihoodSearch
 from chartless.noise import AffineNoise
-from chartless.plan import EXIF_ERROR
-from chartless.response import Response
+from chartless.result.calibration import Calibration
+from chartless.result.response import Response
+from chartless.result.verdict import verdict
 from chartless.types import Floats, JsonObject, Levels
-from chartless.verdict import verdict
 
 SIZE = (480, 640)
 TIMES = [1.0, 4.0, 16.0, 64.0, 256.0]

@@ -38,9 +38,10 @@ from unittest import mock
 import numpy as np
 from scipy import optimize
 
-from chartless import _least_squares, fitting
+from chartless._numeric import least_squares as solver
+from chartless.curves import fitting
+from chartless.curves.fitting import fit_many
 from chartless.datasets import DatasetError, load_dorf
-from chartless.fitting import fit_many
 from chartless.models import MODELS, AbstractModel
 from chartless.types import Floats
 
@@ -114,8 +115,8 @@ def batch_evaluations(x: Floats, curves: Floats) -> int:
     """Evaluations of one curve that the batch needs in all, counted by its own solver."""
     counts: list[int] = []
 
-    def counted(*arguments: object, **settings: object) -> _least_squares.Solutions:
-        solutions = _least_squares.least_squares(*arguments, **settings)  # type: ignore[arg-type]
+    def counted(*arguments: object, **settings: object) -> solver.Solutions:
+        solutions = solver.least_squares(*arguments, **settings)  # type: ignore[arg-type]
         counts.append(solutions.evaluations)
         return solutions
 

@@ -28,18 +28,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from chartless.calibrators import LikelihoodSearch, NoiseLevelSearch
-from chartless.cooccurrence import Cooccurrence
-from chartless.curve_space import free_curve
 from chartless.curves import SrgbCurve
-from chartless.likelihood import PairCounts, PairModel
-from chartless.log_slopes import measured_prior
+from chartless.curves.prior import measured_prior
+from chartless.curves.space import free_curve
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.likelihood import PairCounts, PairModel
+from chartless.evidence.noise.start import noise_level_start
+from chartless.inference.posterior import PAIR_WEIGHT, State, integrated, ridge, ridge_share
+from chartless.inference.terms import PairTerm
+from chartless.methods import LikelihoodSearch, NoiseLevelSearch
 from chartless.noise import TYPICAL_RATIO, AffineNoise
-from chartless.noise_level import noise_level_start
-from chartless.posterior import PAIR_WEIGHT, State, integrated, ridge, ridge_share
-from chartless.response import rmse
+from chartless.result.response import rmse
 from chartless.simulate import simulate_frames
-from chartless.terms import PairTerm
 
 SIZE = (900, 1600)
 NOISE = AffineNoise.from_8bit(0.03, 16.0)

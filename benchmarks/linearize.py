@@ -31,12 +31,12 @@ from pathlib import Path
 import numpy as np
 from skimage.data import astronaut
 
-from chartless.calibration import Calibration
-from chartless.calibration_file import save
 from chartless.cli import main as chartless
 from chartless.curves import named_curve
 from chartless.images import read_frame, write_image
-from chartless.response import Response, Status
+from chartless.result.calibration import Calibration
+from chartless.result.file import save
+from chartless.result.response import Response, Status
 from chartless.types import Levels
 
 HEIGHT, WIDTH, TEN = 2160, 3840, 10

@@ -18,16 +18,16 @@ import numpy as np
 
 from chartless import AffineNoise, SampledCurve, named_curve, rmse, simulate_frames
 from chartless import live as engine
-from chartless.calibrators import NoiseLevelSearch
 from chartless.curves import AbstractCurve
 from chartless.datasets import load_dorf
 from chartless.experiments.noise import curve_prior
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
 from chartless.images import read_frame
 from chartless.live import LiveEvidence, live_calibration
+from chartless.methods import NoiseLevelSearch
 from chartless.noise import TYPICAL_8BIT, TYPICAL_SPREAD
+from chartless.result.verdict import band
 from chartless.types import Floats
-from chartless.verdict import band
 
 CAMERAS, SEED = 10, 11
 AFTER = (2, 5, 10, 30, 100)

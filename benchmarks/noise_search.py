@@ -27,15 +27,20 @@ from unittest import mock
 
 import numpy as np
 
-from chartless import objectives
-from chartless.calibrators.similarity_search import FoundCurve, SimilaritySearch
-from chartless.cooccurrence import Cooccurrence
 from chartless.curves import SrgbCurve
+from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.experiments.noise import ITERATIONS, LEAST_SIZE, ROUNDS, read_scene
+from chartless.methods.ism import objectives
+from chartless.methods.ism.objectives import (
+    Objective,
+    SampledPairs,
+    half_levels,
+    sampled_image_similarity,
+)
+from chartless.methods.ism.search import FoundCurve, SimilaritySearch
+from chartless.methods.ism.similarity import light_nodes, quadrature_similarity, self_similarity
 from chartless.models import AmeegcExact
 from chartless.noise import AffineNoise
-from chartless.objectives import Objective, SampledPairs, half_levels, sampled_image_similarity
-from chartless.similarity import light_nodes, quadrature_similarity, self_similarity
 from chartless.simulate import simulate_frames
 from chartless.types import Floats
 

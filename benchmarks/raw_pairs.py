@@ -35,14 +35,14 @@ from brackets import CHANNELS, Truth, error, real_brackets
 from PIL import Image
 from scipy.ndimage import uniform_filter
 
-from chartless.calibrators.raw_pairs import RawPairSearch
 from chartless.curves import AbstractCurve, SampledCurve, SrgbCurve
 from chartless.datasets.dorf import load_dorf
+from chartless.evidence.raw.gather import raw_evidence
 from chartless.experiments.noise import curve_prior
-from chartless.frame import Frame, RawPicture
+from chartless.frames.frame import Frame, RawPicture
 from chartless.images import read_frame, read_values
-from chartless.raw_blocks import raw_evidence
-from chartless.response import Response
+from chartless.methods.raw_pairs import RawPairSearch
+from chartless.result.response import Response
 from chartless.types import Floats
 
 EXPOSURES = "1234"

@@ -42,15 +42,15 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import shift as shifted
 
-from chartless.bracket_screening import screen_bracket
 from chartless.curves import SrgbCurve
 from chartless.errors import UnfitFramesError
-from chartless.evidence import noise_evidence
-from chartless.exposures import bracket_evidence
-from chartless.frame import Frame
+from chartless.evidence.bracket.gather import bracket_evidence
+from chartless.evidence.bracket.screening import screen_bracket
+from chartless.evidence.noise.gather import noise_evidence
+from chartless.evidence.noise.screening import screen
+from chartless.frames.frame import Frame
+from chartless.frames.same_scene import SceneMatch, chained, compare_scenes, glimpse
 from chartless.images import read_values
-from chartless.same_scene import SceneMatch, chained, compare_scenes, glimpse
-from chartless.screening import screen
 from chartless.types import Bools, Floats, JsonObject, Levels
 
 SRGB, SIZE = SrgbCurve(), (900, 600)

@@ -29,8 +29,7 @@ from collections.abc import Callable
 import mpmath
 import numpy as np
 
-from chartless.noise import AffineNoise
-from chartless.objectives import (
+from chartless.methods.ism.objectives import (
     BinnedPairs,
     SampledPairs,
     expected_table,
@@ -38,7 +37,8 @@ from chartless.objectives import (
     image_similarity,
     sampled_image_similarity,
 )
-from chartless.similarity import bounded_similarity, light_nodes, self_similarity
+from chartless.methods.ism.similarity import bounded_similarity, light_nodes, self_similarity
+from chartless.noise import AffineNoise
 from chartless.types import Counts, Floats
 
 LEVELS, NODES, PIXELS = 256, 256, 1600 * 900

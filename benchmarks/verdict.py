@@ -22,8 +22,8 @@ from chartless import AffineNoise, ModelCurve, calibrate, named_curve, rmse, sim
 from chartless.curves import AbstractCurve
 from chartless.errors import UnfitFramesError
 from chartless.images import read_frame
+from chartless.result.verdict import Grade, deviation, verdict
 from chartless.types import Floats, Levels
-from chartless.verdict import Grade, deviation, verdict
 
 NOISE, QUIET = AffineNoise.from_8bit(0.03, 16), AffineNoise.from_8bit(0.001, 0.05)
 OTHERS = (ModelCurve("ameegc2-exact", (-0.9, 0.5, -0.3)), ModelCurve("gamma", (0.6,)))

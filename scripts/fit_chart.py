@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from chartless.comparison import is_valid
-from chartless.fitting import fit
+from chartless.curves.comparison import is_valid
+from chartless.curves.fitting import fit
 from chartless.models import MODELS
 from chartless.types import Floats
 

@@ -1,4 +1,4 @@
-"""Compute the prior of log slopes from DoRF and write src/chartless/log_slopes.npz.
+"""Compute the prior of log slopes from DoRF and write src/chartless/curves/prior.npz.
 
     python scripts/fit_log_slopes.py [DORF]
 
@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from chartless.curves.prior import N_BINS, log_slope_basis
 from chartless.datasets import load_dorf
-from chartless.log_slopes import N_BINS, log_slope_basis
 
-TARGET = Path(__file__).parents[1] / "src" / "chartless" / "log_slopes.npz"
+TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "prior.npz"
 N_COMPONENTS = 60
 
 

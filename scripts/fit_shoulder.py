@@ -5,7 +5,7 @@
 The prior of log slopes was learned from DoRF, mostly film. Response curves of 26 digital cameras
 (folder modern_curves of FOLDER, or of the one that CHARTLESS_DATA names) are steeper next to white
 than it expects: what lies above level 254 is 4 % of their light in the median, and 12 % in one of
-ten, of DoRF 0.8 %. The term has the form of `chartless.log_slopes`: Matérn 3/2 in ln of the
+ten, of DoRF 0.8 %. The term has the form of `chartless.curves.prior`: Matérn 3/2 in ln of the
 distance from white, of deviation s and length l. Both are fitted by maximum likelihood of log
 slopes above level 160 given those below, without fading, as then nothing is left to other levels:
 
@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from chartless.log_slopes import bin_edges, log_slopes_of, measured_prior, shoulder_covariance
+from chartless.curves.prior import bin_edges, log_slopes_of, measured_prior, shoulder_covariance
 from chartless.types import Floats
 
 N_LEVELS, SPLIT = 256, 160

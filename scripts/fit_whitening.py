@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
+from chartless.curves.fitting import fit_many
 from chartless.datasets import load_dorf
-from chartless.fitting import fit_many
 from chartless.models import MODELS, AbstractModel
 from chartless.types import Floats
 
-TARGET = Path(__file__).parents[1] / "src" / "chartless" / "whitening.json"
+TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "whitening.json"
 # Higher orders of EEGC follow the digitising noise to coefficients of 10²: no scale for a search.
 FAMILIES = (
     *("gamma", "ameegc0", "ameegc1", "ameegc2", "ameegc2-exact"),

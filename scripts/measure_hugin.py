@@ -1,4 +1,4 @@
-"""Measure the response curves inside Hugin and write src/chartless/luts/hugin.npz.
+"""Measure the response curves inside Hugin and write src/chartless/formats/hugin.npz.
 
     python scripts/measure_hugin.py [--compare EMOR]
 
@@ -26,7 +26,7 @@ import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 from chartless.images import write_image
 from chartless.types import Floats, JsonObject
 
-TARGET = Path(__file__).parents[1] / "src" / "chartless" / "luts" / "hugin.npz"
+TARGET = Path(__file__).parents[1] / "src" / "chartless" / "formats" / "hugin.npz"
 SIDE = 32
 STEPS = np.array([3, 1, 0.3, 0.1, 0.1])
 

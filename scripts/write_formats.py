@@ -8,7 +8,7 @@ The table and the paragraphs say what the classes in src/chartless/luts say of t
 import inspect
 from pathlib import Path
 
-from chartless.luts import FORMATS, AbstractFormat
+from chartless.formats import FORMATS, AbstractFormat
 
 TARGET = Path(__file__).parents[1] / "docs" / "formats.md"
 
@@ -22,7 +22,7 @@ INTRODUCTION = """\
 `export` writes a calibration for another program and says what its file does not hold; `import`
 makes a calibration of what another program found, which all commands take. The format of a file to
 import is known by its content, or named by `--from`; that of a file to write is named by `--to`, or
-by the extension if only one format has it. In Python: `chartless.luts.export_response` and
+by the extension if only one format has it. In Python: `chartless.formats.export_response` and
 `import_response`.
 
 `export`, `linearize` and `merge` say in one line how far to trust a curve that is not good. Formats

@@ -15,11 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from slow_cases import slow_but
 
-from chartless import accumulate
-from chartless.accumulate import noise_evidence_of_files
 from chartless.errors import ImageError, ParameterError, UnfitFramesError
-from chartless.evidence import NoiseEvidence, joined, noise_evidence
-from chartless.frame import Frame
+from chartless.evidence.noise import accumulate
+from chartless.evidence.noise.accumulate import noise_evidence_of_files
+from chartless.evidence.noise.gather import NoiseEvidence, joined, noise_evidence
+from chartless.frames.frame import Frame
 from chartless.images import read_frame
 
 SHAPE = (40, 50, 3)

@@ -8,11 +8,11 @@ import pytest
 from chartless import load
 from chartless._addresses import address_in
 from chartless._files import make_folder, require_writable
-from chartless.curve_file import read_curve
+from chartless.curves.file import read_curve
 from chartless.errors import ChartlessError
+from chartless.formats import load_calibration
+from chartless.frames.sequence import expanded
 from chartless.images import read_frame, read_video
-from chartless.luts import load_calibration
-from chartless.sequence import expanded
 
 ADDRESS = "https://example.org/shots/a.jpg"
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chartless.bloom import near_saturated
 from chartless.errors import ParameterError
+from chartless.frames.bloom import near_saturated
 
 Truth = npt.NDArray[np.bool_]
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chartless.bracket_screening import screen_bracket
 from chartless.errors import UnfitFramesError
-from chartless.exposures import BracketEvidence
+from chartless.evidence.bracket.gather import BracketEvidence
+from chartless.evidence.bracket.screening import screen_bracket
+from chartless.evidence.noise.screening import PairCheck
 from chartless.flags import Flag
-from chartless.frame import FrameSource
-from chartless.screening import PairCheck
+from chartless.frames.frame import FrameSource
 from chartless.types import Counts
 
 STILL = PairCheck(0.0, 0.0, 0.0, 0.0)

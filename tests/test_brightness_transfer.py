@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chartless.brightness_transfer import brightness_transfer, transfer_curve
 from chartless.curves import named_curve
-from chartless.exposure_likelihood import Comparagram, ExposureCounts
-from chartless.log_slopes import bin_edges, measured_prior
+from chartless.curves.prior import bin_edges, measured_prior
+from chartless.evidence.bracket.likelihood import Comparagram, ExposureCounts
+from chartless.evidence.bracket.transfer import brightness_transfer, transfer_curve
 from chartless.types import Floats
 
 LIGHT = np.linspace(0, 1, 400_001)

@@ -9,7 +9,7 @@ import pytest
 from chartless import AffineNoise, Calibration, ModelCurve, Response
 from chartless.errors import ParameterError
 from chartless.flags import Flag
-from chartless.response import Status
+from chartless.result.response import Status
 
 EXPONENTS = {"R": 0.4, "G": 0.5, "B": 0.6, "Y": 0.5}
 

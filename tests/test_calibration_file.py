@@ -11,12 +11,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, load, save
-from chartless.calibration_file import to_json
 from chartless.cli import main
 from chartless.curves import SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError, OutputError
 from chartless.flags import Flag, Pattern
-from chartless.response import ExposureEstimate, RawEstimate, SearchHistory, Status
+from chartless.result.file import to_json
+from chartless.result.response import ExposureEstimate, RawEstimate, SearchHistory, Status
 
 
 def response_of(name: str = "Y", **changes: Any) -> Response:

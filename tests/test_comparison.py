@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from chartless import comparison
-from chartless.comparison import (
+from chartless.curves import comparison
+from chartless.curves.comparison import (
     HIGHEST_ORDER,
     compare,
     default_models,
@@ -12,8 +12,8 @@ from chartless.comparison import (
     is_valid,
     stays_inside,
 )
+from chartless.curves.fitting import Fit, fit
 from chartless.errors import ParameterError, UnknownNameError
-from chartless.fitting import Fit, fit
 from chartless.models import MODELS, Table
 from chartless.types import Floats
 

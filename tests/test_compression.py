@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from chartless.compression import Blocks, former_blocks
+from chartless.frames.compression import Blocks, former_blocks
 from chartless.images import read_frame
 
 

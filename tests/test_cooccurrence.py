@@ -8,14 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
 
-from chartless.cooccurrence import (
-    MAX_LEVELS,
-    MIN_LEVELS,
-    Cooccurrence,
-    level_table,
-    noise_level_function,
-)
 from chartless.errors import ParameterError
+from chartless.evidence.noise.cooccurrence import Cooccurrence, noise_level_function
+from chartless.frames.levels import MAX_LEVELS, MIN_LEVELS, level_table
 
 
 def stacks(n_levels: int = 16) -> st.SearchStrategy[np.ndarray]:

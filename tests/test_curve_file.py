@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chartless.curve_file import read_curve, read_samples
+from chartless.curves.file import read_curve, read_samples
 from chartless.errors import ParameterError
 
 SAMPLES = [(0.0, 0.0), (0.25, 0.5), (0.5, 0.75), (1.0, 1.0)]

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chartless.curve_space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.curves import named_curve
+from chartless.curves.prior import bin_edges, measured_prior
+from chartless.curves.space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.errors import ParameterError
-from chartless.log_slopes import bin_edges, measured_prior
 from chartless.models import MODELS
 from chartless.types import Floats
 

@@ -12,11 +12,11 @@ from scipy.special import ndtr
 
 import chartless
 from chartless import AffineNoise, Calibration, named_curve, simulate_frames
-from chartless.cooccurrence import level_table
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence import dark_histograms
-from chartless.frame import Frame
-from chartless.response import Response, rmse
+from chartless.evidence.noise.gather import dark_histograms
+from chartless.frames.frame import Frame
+from chartless.frames.levels import level_table
+from chartless.result.response import Response, rmse
 from chartless.types import Counts, Floats, Levels
 
 NOISE = AffineNoise.from_8bit(0.03, 16)

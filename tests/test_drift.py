@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 from slow_cases import slow_but
 
 from chartless import CALIBRATORS, AffineNoise, Cooccurrence, named_curve
-from chartless.drift import Drift, compensated, drift_share, estimated_drift
+from chartless.evidence.noise.drift import Drift, compensated, drift_share, estimated_drift
 from chartless.simulate import simulate_frames
 
 Levels = npt.NDArray[Any]

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from chartless.cooccurrence import MAX_LEVELS, level_table
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence import noise_evidence
-from chartless.frame import Frame
+from chartless.evidence.noise.gather import noise_evidence
+from chartless.frames.frame import Frame
+from chartless.frames.levels import MAX_LEVELS, level_table
 
 Levels = npt.NDArray[Any]
 

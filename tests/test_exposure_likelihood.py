@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import norm
 
-from chartless import exposure_likelihood
-from chartless.exposure_likelihood import (
+from chartless.evidence.bracket import likelihood as exposure_likelihood
+from chartless.evidence.bracket.likelihood import (
     FIRST_PIXELS,
     STRAY,
     Comparagram,

@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from chartless import exposures
-from chartless.brightness_transfer import brightness_transfer
-from chartless.cooccurrence import level_table
 from chartless.curves import named_curve
+from chartless.curves.prior import irradiance_at_edges, measured_prior
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.exposures import BracketEvidence, bracket_evidence
-from chartless.frame import CameraSettings, Frame
-from chartless.log_slopes import irradiance_at_edges, measured_prior
+from chartless.evidence.bracket import gather as exposures
+from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
+from chartless.evidence.bracket.transfer import brightness_transfer
+from chartless.frames.frame import CameraSettings, Frame
+from chartless.frames.levels import level_table
 from chartless.types import Floats
 
 Levels = npt.NDArray[Any]

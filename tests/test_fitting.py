@@ -7,9 +7,9 @@ from scipy import optimize
 from slow_cases import slow_but
 
 from chartless.curves import named_curve
+from chartless.curves.fitting import fit, fit_many
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import ParameterError, UnknownNameError
-from chartless.fitting import fit, fit_many
 from chartless.models import MODELS, AbstractModel, LinearModel, Property, Table
 from chartless.types import Floats
 

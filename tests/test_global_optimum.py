@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from chartless.curves.fitting import fit_many
 from chartless.datasets import load_dorf
-from chartless.fitting import fit_many
 from chartless.models import MODELS, AbstractModel, LinearModel, Table
 from chartless.types import Floats
 

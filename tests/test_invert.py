@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from chartless._invert import invert_increasing
+from chartless._numeric.invert import invert_increasing
 
 TOLERANCE = 1e-13
 

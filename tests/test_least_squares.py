@@ -5,7 +5,7 @@ import pytest
 from scipy import optimize
 from slow_cases import slow_but
 
-from chartless._least_squares import Function, least_squares
+from chartless._numeric.least_squares import Function, least_squares
 from chartless.types import Floats, Indices
 
 RNG_SEED = 20030617

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chartless.cooccurrence import Cooccurrence
-from chartless.likelihood import PairCounts, PairModel, Scene
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.likelihood import PairCounts, PairModel, Scene
 from chartless.noise import AffineNoise
 from chartless.types import Counts, Floats
 

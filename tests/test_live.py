@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
 from chartless import AffineNoise, load, named_curve, rmse, save, simulate_frames
-from chartless.cooccurrence import Cooccurrence
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence import noise_evidence
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.gather import noise_evidence
+from chartless.evidence.noise.still import still_evidence
 from chartless.flags import Flag
-from chartless.frame import CameraSettings, Frame, TimedFrame
+from chartless.frames.frame import CameraSettings, Frame, TimedFrame
 from chartless.live import LEAST, LiveEvidence, Outcome, is_enough, lacking, live_calibration
-from chartless.still import still_evidence
-from chartless.summary import n_frames
-from chartless.verdict import GOOD_BAND, Grade, band, verdict
+from chartless.result.summary import n_frames
+from chartless.result.verdict import GOOD_BAND, Grade, band, verdict
 
 Pixels = np.ndarray[Any, Any]
 CAMERA = Path("camera")

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from chartless.datasets import load_dorf
-from chartless.log_slopes import (
+from chartless.curves.prior import (
     CurvePrior,
     bin_edges,
     irradiance_at_edges,
@@ -18,6 +17,7 @@ from chartless.log_slopes import (
     log_slopes_of,
     measured_prior,
 )
+from chartless.datasets import load_dorf
 from chartless.types import Floats
 
 LOG_SLOPES = hnp.arrays(
@@ -219,7 +219,7 @@ def test_components_hold_the_covariance_of_the_cameras(measured: tuple[Floats, F
 def test_the_packaged_numbers_are_those_of_the_measured_curves(
     measured: tuple[Floats, Floats],
 ) -> None:
-    with resources.files("chartless").joinpath("log_slopes.npz").open("rb") as file:
+    with resources.files("chartless.curves").joinpath("prior.npz").open("rb") as file:
         arrays = np.load(file, allow_pickle=False)
         mean, components = arrays["mean"], arrays["components"].astype(np.float64)
 

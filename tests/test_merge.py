@@ -12,14 +12,14 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.stats import chi2
 
-from chartless.calibration import Calibration
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, SrgbCurve
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.frame import CameraSettings, Frame
+from chartless.evidence.plan import LEAST_EXPOSURE, MOST_EXPOSURE, MOST_RATIO
+from chartless.frames.frame import CameraSettings, Frame
 from chartless.merge import DEFAULT_NOISE, DEVIATIONS, RadianceMap, grey_factors, merge_frames
 from chartless.noise import AffineNoise
-from chartless.plan import LEAST_EXPOSURE, MOST_EXPOSURE, MOST_RATIO
-from chartless.response import Response, Status
+from chartless.result.calibration import Calibration
+from chartless.result.response import Response, Status
 from chartless.simulate import simulate_frames
 
 Pixels = npt.NDArray[Any]

@@ -9,14 +9,14 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter, median_filter
 from slow_cases import slow_but
 
-from chartless.calibrators import CALIBRATORS, LikelihoodSearch
-from chartless.cooccurrence import Cooccurrence, difference_moments
 from chartless.curves import named_curve
+from chartless.evidence.noise.cooccurrence import Cooccurrence, difference_moments
+from chartless.evidence.noise.misfit import _kurtosis, is_gaussian, misfit_pattern
 from chartless.flags import Flag, Pattern
-from chartless.misfit import _kurtosis, is_gaussian, misfit_pattern
+from chartless.methods import CALIBRATORS, LikelihoodSearch
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.response import Response
+from chartless.result.response import Response
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, Levels
 

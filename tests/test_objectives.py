@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 from scipy.special import ndtr
 from scipy.stats import norm
 
-from chartless.cooccurrence import Cooccurrence
 from chartless.curves import named_curve
-from chartless.models import MODELS
-from chartless.noise import AffineNoise
-from chartless.objectives import (
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.methods.ism.objectives import (
     OBJECTIVES,
     BinnedPairs,
     SampledPairs,
@@ -22,7 +20,9 @@ from chartless.objectives import (
     image_similarity,
     sampled_image_similarity,
 )
-from chartless.similarity import light_nodes, quadrature_similarity
+from chartless.methods.ism.similarity import light_nodes, quadrature_similarity
+from chartless.models import MODELS
+from chartless.noise import AffineNoise
 from chartless.simulate import simulate_frames
 
 LINEAR = "ameegc2-exact:0,1.6487212707001282,-0.5413248546129181"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, rosen
 
-from chartless._optimize import nelder_mead
+from chartless._numeric.optimize import nelder_mead
 
 Objective = Callable[[np.ndarray], float]
 

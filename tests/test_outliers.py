@@ -12,8 +12,8 @@ from skimage.data import camera
 from slow_cases import slow_but
 
 from chartless import CALIBRATORS, AffineNoise, Cooccurrence, named_curve
+from chartless.evidence.noise.outliers import outlying, without_outliers
 from chartless.flags import Flag
-from chartless.outliers import outlying, without_outliers
 from chartless.simulate import simulate_frames
 
 Levels = npt.NDArray[Any]

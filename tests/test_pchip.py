@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
-from chartless._pchip import pchip
+from chartless._numeric.pchip import pchip
 
 numbers = st.floats(-100, 100).map(lambda value: round(value, 3))
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from chartless.errors import ChartlessError, ParameterError, UnfitFramesError
-from chartless.frame import CameraSettings
-from chartless.plan import (
+from chartless.evidence.plan import (
     EXIF_ERROR,
     KINDS,
     LEAST_EXPOSURE,
@@ -21,6 +20,7 @@ from chartless.plan import (
     parsed_times,
     planned,
 )
+from chartless.frames.frame import CameraSettings
 
 NOTHING = CameraSettings()
 

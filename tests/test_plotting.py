@@ -11,10 +11,10 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, named_curve
-from chartless.cooccurrence import noise_level_function
 from chartless.errors import ImageError, OutputError
+from chartless.evidence.noise.cooccurrence import noise_level_function
 from chartless.flags import Pattern
-from chartless.objectives import expected_counts, half_levels
+from chartless.methods.ism.objectives import expected_counts, half_levels
 from chartless.plotting import (
     draw_cooccurrence,
     draw_differences,
@@ -25,7 +25,7 @@ from chartless.plotting import (
     overview,
     save_figure,
 )
-from chartless.response import NoiseError, SearchHistory, Status
+from chartless.result.response import NoiseError, SearchHistory, Status
 from chartless.simulate import simulate_frames
 from chartless.types import Floats
 

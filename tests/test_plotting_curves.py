@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from chartless.fitting import Fit, fit
+from chartless.curves.fitting import Fit, fit
 from chartless.plotting import SERIES_COLOURS, draw_fits, fits_figure
 
 

@@ -15,12 +15,17 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
-from chartless.curve_space import AbstractCurveSpace, FamilyCurve, free_curve
-from chartless.likelihood import DARK_PIXELS, SCENE_STEP, PairCounts, PairModel, Scene
-from chartless.log_slopes import bin_edges
-from chartless.models import MODELS
-from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
-from chartless.posterior import (
+from chartless.curves.prior import bin_edges
+from chartless.curves.space import AbstractCurveSpace, FamilyCurve, free_curve
+from chartless.evidence.noise.likelihood import (
+    DARK_PIXELS,
+    SCENE_STEP,
+    PairCounts,
+    PairModel,
+    Scene,
+)
+from chartless.evidence.noise.stabilised import warped
+from chartless.inference.posterior import (
     RATIOS,
     RIDGE_PAIRS,
     Mode,
@@ -35,8 +40,9 @@ from chartless.posterior import (
     ridge_share,
     std_with_dark,
 )
-from chartless.stabilised import warped
-from chartless.terms import PairTerm
+from chartless.inference.terms import PairTerm
+from chartless.models import MODELS
+from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
 from chartless.types import Floats
 
 LEVELS, NODES = 32, 128

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize
 
-from chartless._quadratic import constrained_step
+from chartless._numeric.quadratic import constrained_step
 from chartless.types import Floats
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from raw_cameras import Pixels, patches
 
-from chartless import raw_blocks
 from chartless.errors import ParameterError, UnfitFramesError
+from chartless.evidence.raw import gather as raw_blocks
+from chartless.evidence.raw.gather import RawBlocks, RawEvidence, raw_evidence
+from chartless.evidence.raw.screening import screen_raw
 from chartless.flags import Flag
-from chartless.frame import Frame, RawPicture
-from chartless.raw_blocks import RawBlocks, RawEvidence, raw_evidence
-from chartless.raw_screening import screen_raw
+from chartless.frames.frame import Frame, RawPicture
 
 
 def raw_of(light: Pixels, **changes: Any) -> RawPicture:

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import approx_fprime
 
-from chartless.curve_space import FamilyCurve, FreeCurve, free_curve
 from chartless.curves import AbstractCurve, SampledCurve, named_curve
-from chartless.log_slopes import measured_prior
+from chartless.curves.prior import measured_prior
+from chartless.curves.space import FamilyCurve, FreeCurve, free_curve
+from chartless.evidence.raw.fit import RawFit, _Model, raw_fit
+from chartless.evidence.raw.gather import RawBlocks
+from chartless.inference.posterior import at_levels, deviations_at_levels
 from chartless.models import MODELS
-from chartless.posterior import at_levels, deviations_at_levels
-from chartless.raw_blocks import RawBlocks
-from chartless.raw_fit import RawFit, _Model, raw_fit
-from chartless.response import rmse
+from chartless.result.response import rmse
 from chartless.types import Floats
 
 FILM = "ameegc2-exact:0.48,-2.26,0.37"

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from chartless.calibrators import CALIBRATORS
-from chartless.frame import Frame, RawPicture
+from chartless.evidence.raw.gather import raw_evidence
+from chartless.frames.frame import Frame, RawPicture
 from chartless.images import read_frame
-from chartless.raw_blocks import raw_evidence
-from chartless.response import Response
+from chartless.methods import CALIBRATORS
+from chartless.result.response import Response
 from chartless.types import Floats
 
 CAMERAS = ("CanonEOS1DsMarkII", "CanonPowerShotG9", "OlympusE10")

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
-from chartless.registration import register
+from chartless.frames.registration import register
 from chartless.types import Floats32
 
 

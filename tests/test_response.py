@@ -7,7 +7,7 @@ from chartless.curves import named_curve
 from chartless.errors import ParameterError
 from chartless.flags import Flag
 from chartless.noise import AffineNoise
-from chartless.response import ExposureEstimate, Response, SeenTransfer, Status, rmse
+from chartless.result.response import ExposureEstimate, Response, SeenTransfer, Status, rmse
 
 
 @pytest.fixture

@@ -11,13 +11,13 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter, rotate
 from slow_cases import slow_but
 
-from chartless.bracket_screening import exposure_rows, screen_bracket
 from chartless.errors import UnfitFramesError
-from chartless.exposures import bracket_evidence
+from chartless.evidence.bracket.gather import bracket_evidence
+from chartless.evidence.bracket.screening import exposure_rows, screen_bracket
 from chartless.flags import Flag
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
+from chartless.frames.same_scene import SceneMatch, chained, compare_scenes, glimpse
 from chartless.images import read_frame
-from chartless.same_scene import SceneMatch, chained, compare_scenes, glimpse
 
 Pixels = npt.NDArray[Any]
 CURVES = {

@@ -14,11 +14,10 @@ from skimage.data import astronaut, camera
 from slow_cases import slow_but
 
 from chartless import AffineNoise, Cooccurrence, named_curve
-from chartless.drift import drift_share, estimated_drift
 from chartless.errors import UnfitFramesError
-from chartless.flags import Flag
-from chartless.outliers import outlying
-from chartless.screening import (
+from chartless.evidence.noise.drift import drift_share, estimated_drift
+from chartless.evidence.noise.outliers import outlying
+from chartless.evidence.noise.screening import (
     SUSPICIOUS,
     PairCheck,
     channel_correlation,
@@ -29,6 +28,7 @@ from chartless.screening import (
     screen,
     unfit,
 )
+from chartless.flags import Flag
 from chartless.simulate import simulate_frames
 
 Levels = npt.NDArray[Any]

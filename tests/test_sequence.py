@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from chartless.errors import ImageError
-from chartless.sequence import expanded
+from chartless.frames.sequence import expanded
 
 
 @pytest.fixture

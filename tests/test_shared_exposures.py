@@ -7,8 +7,8 @@ import pytest
 
 from chartless import Response, named_curve
 from chartless.flags import Flag
-from chartless.response import ExposureEstimate, Status
-from chartless.shared_exposures import shared_exposures
+from chartless.methods.shared_exposures import shared_exposures
+from chartless.result.response import ExposureEstimate, Status
 
 
 def channel(name: str, relative: tuple[float, ...], error: float = 0.01) -> Response:

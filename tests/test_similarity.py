@@ -14,8 +14,7 @@ from scipy.special import erf, ndtr
 from scipy.stats import norm
 from slow_cases import slow_but
 
-from chartless.noise import AffineNoise
-from chartless.similarity import (
+from chartless.methods.ism.similarity import (
     _END_DEFICIT,
     black_end,
     bounded_similarity,
@@ -26,6 +25,7 @@ from chartless.similarity import (
     similarity,
     white_end,
 )
+from chartless.noise import AffineNoise
 
 # U and V, 8-bit units: cameras, and the corners of the range that must work.
 NOISES = [

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from chartless.cooccurrence import Cooccurrence
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence import noise_evidence
-from chartless.frame import Frame, TimedFrame
-from chartless.still import ENOUGH, still_evidence
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.gather import noise_evidence
+from chartless.evidence.noise.still import ENOUGH, still_evidence
+from chartless.frames.frame import Frame, TimedFrame
 
 Pixels = np.ndarray[Any, Any]
 CLIP = Path("clip.mp4")
@@ -128,7 +128,7 @@ def test_reading_stops_when_there_is_enough() -> None:
 
 
 def test_reading_stops_where_nothing_is_still(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("chartless.still.MOST", 50)
+    monkeypatch.setattr("chartless.evidence.noise.still.MOST", 50)
     numbers = count()
     restless = (
         TimedFrame(None, Frame(CLIP, np.full((32, 32, 1), 10 * (number % 20), np.uint8)))

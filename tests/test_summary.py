@@ -3,8 +3,8 @@
 import pytest
 
 from chartless import AffineNoise, Response, named_curve
-from chartless.response import NoiseError, Status
-from chartless.summary import noise_text
+from chartless.result.response import NoiseError, Status
+from chartless.result.summary import noise_text
 
 
 def response_of(slope: float, log_slope: float | None) -> Response:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from chartless._threads import in_order, one_blas_thread
+from chartless._numeric.threads import in_order, one_blas_thread
 
 
 @given(values=st.lists(st.integers(), max_size=20))

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from chartless import AffineNoise, ModelCurve, Response
 from chartless.flags import Flag
-from chartless.response import ExposureEstimate, SeenTransfer, Status
-from chartless.verdict import GOOD_BAND, GRAVE, WORST_BAND, WORST_DEVIANCE, Grade, verdict
+from chartless.result.response import ExposureEstimate, SeenTransfer, Status
+from chartless.result.verdict import GOOD_BAND, GRAVE, WORST_BAND, WORST_DEVIANCE, Grade, verdict
 
 
 def response_of(name: str = "Y", band: float | None = 0.01, **changes: Any) -> Response:

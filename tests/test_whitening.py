@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chartless.curves.whitening import _file, whitening
 from chartless.models import MODELS, Eegc
-from chartless.whitening import _file, whitening
 
 SCRIPT = Path(__file__).parents[1] / "scripts" / "fit_whitening.py"
 FAMILIES = _file()["families"]

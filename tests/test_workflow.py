@@ -15,8 +15,6 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import chartless
 from chartless import AffineNoise, calibrate, named_curve, simulate_frames
-from chartless.calibration_file import to_json
-from chartless.calibrators import LikelihoodSearch
 from chartless.errors import (
     ChartlessError,
     ImageError,
@@ -25,6 +23,8 @@ from chartless.errors import (
     UnknownNameError,
 )
 from chartless.images import write_image
+from chartless.methods import LikelihoodSearch
+from chartless.result.file import to_json
 
 Levels = npt.NDArray[Any]
 ONE_ARRAY = "frames must be a list of files or arrays, not one array of shape"

@@ -13,44 +13,44 @@ from typing import TYPE_CHECKING
 from chartless._version import __version__
 
 if TYPE_CHECKING:
-    from chartless.calibration import Calibration as Calibration
-    from chartless.calibration_file import load as load
-    from chartless.calibration_file import save as save
-    from chartless.calibrators import CALIBRATORS as CALIBRATORS
-    from chartless.comparison import compare as compare
-    from chartless.cooccurrence import Cooccurrence as Cooccurrence
     from chartless.curves import ModelCurve as ModelCurve
     from chartless.curves import SampledCurve as SampledCurve
     from chartless.curves import named_curve as named_curve
+    from chartless.curves.comparison import compare as compare
+    from chartless.curves.fitting import fit as fit
+    from chartless.curves.fitting import fit_many as fit_many
     from chartless.errors import ChartlessError as ChartlessError
-    from chartless.fitting import fit as fit
-    from chartless.fitting import fit_many as fit_many
+    from chartless.evidence.noise.cooccurrence import Cooccurrence as Cooccurrence
     from chartless.flags import Flag as Flag
+    from chartless.methods import CALIBRATORS as CALIBRATORS
     from chartless.models import MODELS as MODELS
     from chartless.noise import AffineNoise as AffineNoise
-    from chartless.response import Response as Response
-    from chartless.response import rmse as rmse
+    from chartless.result.calibration import Calibration as Calibration
+    from chartless.result.file import load as load
+    from chartless.result.file import save as save
+    from chartless.result.response import Response as Response
+    from chartless.result.response import rmse as rmse
     from chartless.simulate import simulate_frames as simulate_frames
     from chartless.workflow import calibrate as calibrate
 
 _HOME = {
-    "Calibration": "calibration",
-    "load": "calibration_file",
-    "save": "calibration_file",
-    "CALIBRATORS": "calibrators",
-    "Cooccurrence": "cooccurrence",
+    "Calibration": "result.calibration",
+    "load": "result.file",
+    "save": "result.file",
+    "CALIBRATORS": "methods",
+    "Cooccurrence": "evidence.noise.cooccurrence",
     "ModelCurve": "curves",
     "SampledCurve": "curves",
     "named_curve": "curves",
     "ChartlessError": "errors",
-    "compare": "comparison",
-    "fit": "fitting",
-    "fit_many": "fitting",
+    "compare": "curves.comparison",
+    "fit": "curves.fitting",
+    "fit_many": "curves.fitting",
     "Flag": "flags",
     "MODELS": "models",
     "AffineNoise": "noise",
-    "Response": "response",
-    "rmse": "response",
+    "Response": "result.response",
+    "rmse": "result.response",
     "simulate_frames": "simulate",
     "calibrate": "workflow",
 }

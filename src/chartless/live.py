@@ -20,21 +20,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chartless._threads import one_blas_thread
-from chartless.calibration import Calibration
-from chartless.calibrators import NoiseLevelSearch
-from chartless.channels import planes_of, require_alike
-from chartless.cooccurrence import Cooccurrence, difference_moments
+from chartless._numeric.threads import one_blas_thread
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence import NoiseEvidence, compare_pair
+from chartless.evidence.noise.cooccurrence import Cooccurrence, difference_moments
+from chartless.evidence.noise.gather import NoiseEvidence, compare_pair
+from chartless.evidence.noise.outliers import difference_deviation
+from chartless.evidence.noise.screening import PairCheck, doubts_about, screen, unfit
+from chartless.evidence.noise.still import MOST_LEVELS
 from chartless.flags import Flag
-from chartless.frame import Frame
-from chartless.outliers import difference_deviation
-from chartless.provenance import provenance
-from chartless.screening import PairCheck, doubts_about, screen, unfit
-from chartless.still import MOST_LEVELS
+from chartless.frames.channels import planes_of, require_alike
+from chartless.frames.frame import Frame
+from chartless.methods import NoiseLevelSearch
+from chartless.result.calibration import Calibration
+from chartless.result.provenance import provenance
+from chartless.result.verdict import GOOD_BAND, GRAVE, WORST_BAND, Grade, band, verdict
 from chartless.types import Floats, Levels
-from chartless.verdict import GOOD_BAND, GRAVE, WORST_BAND, Grade, band, verdict
 
 WINDOW = 100
 """Pairs of frames that are kept unless asked: more tell hardly more."""
@@ -327,7 +327,7 @@ def is_enough(live: LiveEvidence, calibration: Calibration, until: float = GOOD_
     calibration : Calibration
         Of it.
     until : float
-        Deviation of the light at white, see `chartless.verdict.band`.
+        Deviation of the light at white, see `chartless.result.verdict.band`.
     """
     return not lacking(live, calibration, until)
 

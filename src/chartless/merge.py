@@ -43,15 +43,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from chartless.bloom import near_saturated
-from chartless.calibration import Calibration
-from chartless.channels import require_alike
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.frame import Frame
+from chartless.evidence.plan import require_exposures
+from chartless.frames.bloom import near_saturated
+from chartless.frames.channels import require_alike
+from chartless.frames.frame import Frame
+from chartless.frames.same_scene import Glimpse, compare_scenes, glimpse
 from chartless.noise import TYPICAL_8BIT, AffineNoise
-from chartless.plan import require_exposures
-from chartless.response import Response
-from chartless.same_scene import Glimpse, compare_scenes, glimpse
+from chartless.result.calibration import Calibration
+from chartless.result.response import Response
 from chartless.types import Bools, Floats, Floats32, Levels
 
 DEFAULT_NOISE = AffineNoise.from_8bit(*TYPICAL_8BIT)
@@ -176,7 +176,7 @@ def merge_frames(
     >>> from pathlib import Path
     >>> import numpy as np
     >>> from chartless.curves import SrgbCurve
-    >>> from chartless.response import Status
+    >>> from chartless.result.response import Status
     >>> curve = SrgbCurve()
     >>> response = Response(
     ...     name="Y", curve=curve, noise=None, n_levels=256, observed_levels=(0, 255), n_pairs=0,

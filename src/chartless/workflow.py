@@ -12,26 +12,26 @@ from typing import Any, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from chartless._threads import in_order, one_blas_thread
-from chartless.bracket_screening import exposure_rows, screen_bracket
-from chartless.calibration import Calibration
-from chartless.calibrators import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
-from chartless.cooccurrence import require_levels
+from chartless._numeric.threads import in_order, one_blas_thread
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
-from chartless.evidence import NoiseEvidence, dark_histograms, joined, noise_evidence
-from chartless.exposures import MOST_LEVELS, BracketEvidence, bracket_evidence
+from chartless.evidence.bracket.gather import MOST_LEVELS, BracketEvidence, bracket_evidence
+from chartless.evidence.bracket.screening import exposure_rows, screen_bracket
+from chartless.evidence.noise.gather import NoiseEvidence, dark_histograms, joined, noise_evidence
+from chartless.evidence.noise.screening import screen
+from chartless.evidence.noise.still import ENOUGH, still_evidence
+from chartless.evidence.plan import Plan, Times, planned
+from chartless.evidence.raw.gather import RawEvidence, raw_evidence
+from chartless.evidence.raw.screening import screen_raw
 from chartless.flags import Flag
-from chartless.frame import CameraSettings, Frame, FrameSource, RawPicture
+from chartless.frames.frame import CameraSettings, Frame, FrameSource, RawPicture
+from chartless.frames.levels import require_levels
+from chartless.frames.pictures import array_frame, listed
+from chartless.methods import CALIBRATORS, AbstractCalibrator, LikelihoodSearch
+from chartless.methods.shared_exposures import with_shared_exposures
 from chartless.models import MODELS
-from chartless.pictures import array_frame, listed
-from chartless.plan import Plan, Times, planned
-from chartless.provenance import provenance
-from chartless.raw_blocks import RawEvidence, raw_evidence
-from chartless.raw_screening import screen_raw
-from chartless.response import Response
-from chartless.screening import screen
-from chartless.shared_exposures import with_shared_exposures
-from chartless.still import ENOUGH, still_evidence
+from chartless.result.calibration import Calibration
+from chartless.result.provenance import provenance
+from chartless.result.response import Response
 from chartless.types import JsonObject, Levels
 
 Progress = Callable[[str, float], None]
@@ -74,7 +74,8 @@ def calibrate(
         Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files are
         read in order; two are in memory at a time, and two more that are decoded ahead.
         Or one video, ``["clip.mp4"]``, of which the longest still part is used (see
-        `chartless.still`). An array of shape (K, M, N) or (K, M, N, 3) is a sequence of K frames.
+        `chartless.evidence.noise.still`). An array of shape (K, M, N) or (K, M, N, 3) is a sequence
+        of K frames.
     model : str, optional
         Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
         curve at all (likelihood, nlf, raw) or ameegc2-exact (ism-bin, ism-sampled).
@@ -532,7 +533,7 @@ def _noise(
     if len(paths) < len(items):
         msg = "only files are read by several processes: leave jobs at 1 for arrays"
         raise ParameterError(msg)
-    from chartless.accumulate import noise_evidence_of_files
+    from chartless.evidence.noise.accumulate import noise_evidence_of_files
 
     return noise_evidence_of_files(
         paths, jobs=jobs, scheduler=scheduler, on_chunk=on_part, **settings

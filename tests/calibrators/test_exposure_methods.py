@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chartless.calibrators import CALIBRATORS, AbstractCalibrator
-from chartless.calibrators.debevec import DebevecCalibrator
-from chartless.calibrators.mitsunaga import MitsunagaCalibrator, _fitted, _neighbours
-from chartless.calibrators.robertson import RobertsonCalibrator
-from chartless.cooccurrence import Cooccurrence
 from chartless.curves import named_curve
 from chartless.errors import ParameterError
-from chartless.exposure_likelihood import Comparagram, ExposureCounts
+from chartless.evidence.bracket.likelihood import Comparagram, ExposureCounts
+from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
-from chartless.response import Response, Status, rmse
+from chartless.methods import CALIBRATORS, AbstractCalibrator
+from chartless.methods.debevec import DebevecCalibrator
+from chartless.methods.mitsunaga import MitsunagaCalibrator, _fitted, _neighbours
+from chartless.methods.robertson import RobertsonCalibrator
+from chartless.result.response import Response, Status, rmse
 from chartless.types import Floats
 
 METHODS = ("debevec", "mitsunaga", "robertson")

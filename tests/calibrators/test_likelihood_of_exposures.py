@@ -15,24 +15,31 @@ from scipy.ndimage import gaussian_filter
 from scipy.optimize import minimize_scalar
 from slow_cases import slow_but
 
-from chartless.calibrators import LikelihoodSearch
-from chartless.calibrators.likelihood import _exposures_found
-from chartless.cooccurrence import Cooccurrence, level_table
-from chartless.curve_space import free_curve_with_shoulder
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
+from chartless.curves.prior import measured_prior
+from chartless.curves.space import free_curve_with_shoulder
 from chartless.errors import ParameterError
-from chartless.exposure_likelihood import ExposureCounts
-from chartless.exposures import bracket_evidence
+from chartless.evidence.bracket.gather import bracket_evidence
+from chartless.evidence.bracket.likelihood import ExposureCounts
+from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
+from chartless.frames.levels import level_table
 from chartless.images import read_frame
-from chartless.log_slopes import measured_prior
+from chartless.inference.posterior import (
+    Mode,
+    at_levels,
+    covariance_of,
+    deviations_at_levels,
+    maximise,
+)
+from chartless.inference.terms import ExposureTerm
+from chartless.methods import LikelihoodSearch
+from chartless.methods.likelihood import _exposures_found
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.posterior import Mode, at_levels, covariance_of, deviations_at_levels, maximise
-from chartless.response import Response, Status, rmse
+from chartless.result.response import Response, Status, rmse
 from chartless.simulate import simulate_frames
-from chartless.terms import ExposureTerm
 from chartless.types import Floats
 
 LEVELS = np.arange(256) / 255

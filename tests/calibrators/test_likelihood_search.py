@@ -9,24 +9,25 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.stats import beta
 
-from chartless.calibrators import (
+from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
+from chartless.curves.prior import measured_prior
+from chartless.curves.whitening import whitening
+from chartless.errors import ParameterError
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.flags import Flag
+from chartless.frames.levels import level_table
+from chartless.methods import (
     CALIBRATORS,
     AbstractCalibrator,
     LikelihoodSearch,
     NoiseLevelSearch,
 )
-from chartless.calibrators.likelihood import independent_share
-from chartless.cooccurrence import Cooccurrence, level_table
-from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
-from chartless.errors import ParameterError
-from chartless.flags import Flag
-from chartless.log_slopes import measured_prior
+from chartless.methods.likelihood import independent_share
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.response import Response, Status, rmse
+from chartless.result.response import Response, Status, rmse
 from chartless.simulate import simulate_frames
 from chartless.types import Counts, Floats
-from chartless.whitening import whitening
 
 NOISE = AffineNoise.from_8bit(0.03, 16)
 LEVELS = np.arange(256) / 255

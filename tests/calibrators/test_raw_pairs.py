@@ -8,16 +8,16 @@ import pytest
 from raw_cameras import Camera, Pixels, patches
 from scipy.ndimage import gaussian_filter
 
-from chartless.calibrators import CALIBRATORS
-from chartless.cooccurrence import Cooccurrence
 from chartless.curves import ModelCurve, SampledCurve, named_curve
 from chartless.errors import ParameterError
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.raw.gather import RawBlocks, raw_evidence
 from chartless.flags import Flag
-from chartless.frame import Frame, RawPicture
+from chartless.frames.frame import Frame, RawPicture
 from chartless.images import through_jpeg
+from chartless.methods import CALIBRATORS
 from chartless.models import MODELS
-from chartless.raw_blocks import RawBlocks, raw_evidence
-from chartless.response import Response, Status, rmse
+from chartless.result.response import Response, Status, rmse
 
 
 def shot(camera: Camera, scene: Pixels, **how: Any) -> tuple[RawPicture, Frame]:

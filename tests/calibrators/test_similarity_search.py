@@ -2,17 +2,17 @@ import numpy as np
 import pytest
 from slow_cases import slow_but
 
-from chartless.calibrators import CALIBRATORS, SimilaritySearch
-from chartless.cooccurrence import Cooccurrence
 from chartless.curves import named_curve
+from chartless.curves.whitening import _file
 from chartless.errors import ParameterError
+from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
+from chartless.methods import CALIBRATORS, SimilaritySearch
+from chartless.methods.ism.objectives import BinnedPairs, half_levels, image_similarity
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
-from chartless.objectives import BinnedPairs, half_levels, image_similarity
-from chartless.response import Response, Status, rmse
+from chartless.result.response import Response, Status, rmse
 from chartless.simulate import simulate_frames
-from chartless.whitening import _file
 
 TRUTH, LINEAR = named_curve("ameegc2-exact:-0.8,1.8,-0.11"), named_curve("linear")
 NOISE = AffineNoise.from_8bit(0.03, 15)

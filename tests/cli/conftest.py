@@ -17,7 +17,7 @@ from chartless.cli import main
 from chartless.flags import Flag
 from chartless.images import write_image
 from chartless.models import MODELS
-from chartless.response import Status
+from chartless.result.response import Status
 from chartless.simulate import simulate_frames
 
 Pixels = npt.NDArray[Any]

@@ -18,7 +18,7 @@ from slow_cases import slow_but
 from chartless import load, named_curve, rmse
 from chartless.flags import Flag
 from chartless.images import write_image
-from chartless.response import Status
+from chartless.result.response import Status
 
 Pixels = npt.NDArray[Any]
 Chartless = Callable[..., Any]
@@ -116,7 +116,7 @@ def test_frames_of_random_levels_are_refused_at_once(
     n_frames: int, shoot: Shoot, refusal: Refusal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """They have no displacement, drift or patches; their search took most of a minute."""
-    monkeypatch.setattr("chartless.calibrators.LikelihoodSearch.calibrate", pytest.fail)
+    monkeypatch.setattr("chartless.methods.LikelihoodSearch.calibrate", pytest.fail)
     levels = np.random.default_rng(0).integers(0, 256, (n_frames, 64, 64, 3)).astype(np.uint8)
     files = [shoot.write(f"{place}.png", each) for place, each in enumerate(levels)]
 

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter
 
 from chartless import calibrate, load, named_curve
 from chartless.errors import ParameterError
-from chartless.response import rmse
+from chartless.result.response import rmse
 
 Chartless = Callable[..., Any]
 Refusal = Callable[..., str]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from chartless.comparison import compare
+from chartless.curves.comparison import compare
 from chartless.models import MODELS
 
 Chartless = Callable[..., Any]
@@ -33,14 +33,14 @@ POWER = IRRADIANCE**0.45
 def few(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Some of the families, where it does not matter which."""
     if "every_family" not in request.fixturenames:
-        monkeypatch.setattr("chartless.comparison.default_models", lambda: FEW)
+        monkeypatch.setattr("chartless.curves.comparison.default_models", lambda: FEW)
 
 
 @pytest.fixture
 def every_family(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """All of them at low orders, but for the table, which takes its time."""
     names = [name for name, model in MODELS.items() if model.order <= 2]
-    monkeypatch.setattr("chartless.comparison.default_models", lambda: names)
+    monkeypatch.setattr("chartless.curves.comparison.default_models", lambda: names)
     return names
 
 
@@ -158,7 +158,7 @@ def test_where_the_samples_are_too_few_to_judge_this_is_said(
     """A difference that changes its sign once: the fits are valid, yet none is preferred."""
     curve = write(tmp_path / "curve.csv", 0.9 * IRRADIANCE**0.5)
 
-    monkeypatch.setattr("chartless.comparison.default_models", lambda: ["gamma", "ameegc0"])
+    monkeypatch.setattr("chartless.curves.comparison.default_models", lambda: ["gamma", "ameegc0"])
 
     done = chartless("compare", curve)
 
@@ -187,7 +187,7 @@ def test_criteria_that_do_not_apply_are_dashes(tmp_path: Path, chartless: Chartl
 def test_where_no_fit_is_valid_this_is_said(
     tmp_path: Path, chartless: Chartless, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("chartless.comparison.default_models", lambda: ["poly1", "ggc2"])
+    monkeypatch.setattr("chartless.curves.comparison.default_models", lambda: ["poly1", "ggc2"])
     curve = write(tmp_path / "curve.csv", 0.1 + 0.7 * POWER)
 
     done = chartless("compare", curve)
@@ -282,7 +282,7 @@ def test_a_missing_folder_is_noticed_before_the_work(
     def never(*_: object, **__: object) -> None:
         pytest.fail("fitted first")
 
-    monkeypatch.setattr("chartless.comparison.compare", never)
+    monkeypatch.setattr("chartless.curves.comparison.compare", never)
 
     line = refusal("compare", curve, "-o", tmp_path / "missing" / "compare.png")
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from slow_cases import slow_but
 
-from chartless.fitting import fit
+from chartless.curves.fitting import fit
 from chartless.models import MODELS, Table
 
 Chartless = Callable[..., Any]

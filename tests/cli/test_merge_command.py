@@ -13,7 +13,7 @@ import pytest
 from chartless import AffineNoise, Calibration, Response, named_curve, save
 from chartless.curves import SampledCurve
 from chartless.images import read_values
-from chartless.response import Status
+from chartless.result.response import Status
 from chartless.simulate import simulate_frames
 
 Pixels = npt.NDArray[Any]

@@ -27,12 +27,12 @@ from chartless import AffineNoise, load, named_curve, rmse
 from chartless.cli._drawing import drawn_curves
 from chartless.cli.watch import watch
 from chartless.curves import SampledCurve
-from chartless.frame import TimedFrame
+from chartless.frames.frame import TimedFrame
 from chartless.images import read_video
 from chartless.live import LEAST, WINDOW
-from chartless.response import Response, Status
+from chartless.result.response import Response, Status
+from chartless.result.verdict import GOOD_BAND
 from chartless.simulate import simulate_frames
-from chartless.verdict import GOOD_BAND
 
 Pixels = npt.NDArray[Any]
 Chartless = Callable[..., Any]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chartless._parallel import WorkerError
+from chartless._numeric.parallel import WorkerError
 from chartless.errors import ImageError, OutputError, ParameterError
 from chartless.experiments import fingerprint_of, run_cases
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from distributed import LocalCluster
 
-from chartless import _parallel
-from chartless._parallel import WorkerError
+from chartless._numeric import parallel as _parallel
+from chartless._numeric.parallel import WorkerError
 from chartless.errors import ImageError, ParameterError
 from chartless.experiments import run_cases
 

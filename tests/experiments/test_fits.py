@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from slow_cases import slow_but
 
+from chartless.curves.fitting import fit
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import OutputError
 from chartless.experiments import fits, fits_figures
 from chartless.experiments.fits import FitTable
-from chartless.fitting import fit
 from chartless.models import MODELS, Table
 
 LEFT_OUT = ("emor-left-out", "emor-monotone-left-out", "logemor-left-out")

@@ -9,7 +9,7 @@ from handmade import Pixels
 from videos import grey_planes, write_video
 
 from chartless.errors import ImageError
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
 from chartless.images import is_video, read_video
 
 LIMITED, FULL = 1, 2

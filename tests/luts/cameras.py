@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from chartless.calibration import Calibration
 from chartless.curves import AbstractCurve, ModelCurve, SrgbCurve
-from chartless.response import Response, Status
+from chartless.result.calibration import Calibration
+from chartless.result.response import Response, Status
 
 CURVES = (SrgbCurve(), ModelCurve("gamma", (0.5,)), ModelCurve("ameegc2-exact", (0.0, 1.2, 0.4)))
 

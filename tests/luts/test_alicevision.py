@@ -9,7 +9,7 @@ from cameras import CURVES, make_camera
 
 from chartless.curves import AbstractCurve, ModelCurve
 from chartless.errors import CalibrationFileError
-from chartless.luts import FORMATS, ExportSettings, import_response
+from chartless.formats import FORMATS, ExportSettings, import_response
 
 
 def alicevision(text: str) -> npt.NDArray[np.float32]:

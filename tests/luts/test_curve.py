@@ -7,10 +7,16 @@ import pytest
 from cameras import CURVES, make_camera
 
 from chartless.cli import main
-from chartless.curve_file import read_curve
+from chartless.curves.file import read_curve
 from chartless.errors import CalibrationFileError
+from chartless.formats import (
+    FORMATS,
+    ExportSettings,
+    export_response,
+    import_response,
+    is_calibration,
+)
 from chartless.images import read_values, write_image
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response, is_calibration
 
 LEVELS = np.arange(256, dtype=np.uint8)
 SAMPLES = "0,0\n0.1,0.4\n.5,0.7\n1,1\n"

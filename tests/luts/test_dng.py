@@ -13,7 +13,7 @@ from cameras import CURVES, make_camera
 from programs import require
 
 from chartless.errors import CalibrationFileError
-from chartless.luts import (
+from chartless.formats import (
     FORMATS,
     ExportSettings,
     export_response,

@@ -10,10 +10,10 @@ from cameras import CURVES, make_camera
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chartless.calibration import Calibration
 from chartless.curves import SampledCurve
 from chartless.errors import CalibrationFileError
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response
+from chartless.formats import FORMATS, ExportSettings, export_response, import_response
+from chartless.result.calibration import Calibration
 
 SIZE = ExportSettings(size=(64, 48))
 GREY = np.arange(256, dtype=np.uint8)

@@ -10,27 +10,27 @@ from cameras import CURVES, make_camera
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chartless.calibration import Calibration
-from chartless.calibration_file import load, save
 from chartless.cli import main
 from chartless.curves import AbstractCurve, ModelCurve
 from chartless.errors import CalibrationFileError, ParameterError
-from chartless.images import write_image
-from chartless.luts import (
+from chartless.formats import (
     FORMATS,
     AbstractFormat,
     ExportSettings,
     export_response,
     import_response,
 )
-from chartless.luts._base import Source
-from chartless.luts._tables import (
+from chartless.formats._base import Source
+from chartless.formats._tables import (
     above_zero,
     inverse_table,
     luma,
     strictly_increasing,
     table_through_levels,
 )
+from chartless.images import write_image
+from chartless.result.calibration import Calibration
+from chartless.result.file import load, save
 
 SETTINGS = ExportSettings(size=(64, 48))
 BRIGHTNESS = np.linspace(0, 1, 256)

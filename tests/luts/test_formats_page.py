@@ -3,7 +3,7 @@
 import runpy
 from pathlib import Path
 
-from chartless.luts import FORMATS
+from chartless.formats import FORMATS
 
 ROOT = Path(__file__).parents[2]
 

@@ -14,7 +14,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from chartless.errors import CalibrationFileError, ParameterError
-from chartless.luts import FORMATS, ExportSettings, encode_response, import_response
+from chartless.formats import FORMATS, ExportSettings, encode_response, import_response
 
 READ = [name for name, each in FORMATS.items() if each.is_read]
 N_CASES = 1150

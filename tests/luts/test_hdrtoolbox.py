@@ -12,7 +12,7 @@ from scipy.io import loadmat, savemat
 
 from chartless.curves import AbstractCurve
 from chartless.errors import CalibrationFileError
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response
+from chartless.formats import FORMATS, ExportSettings, export_response, import_response
 
 LEVELS = np.arange(256, dtype=np.uint8)
 TABLE = (np.arange(256) / 255)[:, np.newaxis] ** [2.2, 2.0, 1.8]

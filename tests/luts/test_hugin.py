@@ -11,23 +11,23 @@ import pytest
 from cameras import CURVES, make_camera
 from programs import program
 
-from chartless.calibration import Calibration
-from chartless.calibration_file import load, save
 from chartless.cli import main
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, SrgbCurve
 from chartless.datasets import load_dorf
 from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
-from chartless.images import write_image
-from chartless.luts import (
+from chartless.formats import (
     ExportSettings,
     Hugin,
     encode_response,
     export_response,
     import_response,
 )
-from chartless.luts._base import Source
-from chartless.luts.hugin import COEFFICIENTS
+from chartless.formats._base import Source
+from chartless.formats.hugin import COEFFICIENTS
+from chartless.images import write_image
+from chartless.result.calibration import Calibration
+from chartless.result.file import load, save
 
 Floats = npt.NDArray[np.float64]
 GRID = np.linspace(0, 1, 1024)

@@ -12,7 +12,7 @@ from programs import LEVELS, ocio_processor
 
 from chartless.curves import ModelCurve, SrgbCurve
 from chartless.errors import CalibrationFileError, ParameterError
-from chartless.luts import (
+from chartless.formats import (
     FORMATS,
     ExportSettings,
     encode_response,

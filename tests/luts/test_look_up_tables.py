@@ -11,7 +11,7 @@ from programs import LEVELS, Floats32, linearised_by_ffmpeg, linearised_by_ocio,
 
 from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
-from chartless.luts import (
+from chartless.formats import (
     FORMATS,
     ExportSettings,
     encode_response,

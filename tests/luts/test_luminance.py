@@ -13,8 +13,8 @@ from programs import require
 
 from chartless.curves import AbstractCurve, ModelCurve
 from chartless.errors import CalibrationFileError
+from chartless.formats import FORMATS, ExportSettings, export_response, import_response
 from chartless.images import write_image
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response
 
 SIZE = 4096
 LEVELS = np.arange(256, dtype=np.uint8)

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from cameras import CURVES, make_camera
 
-from chartless.calibration import Calibration
 from chartless.errors import CalibrationFileError
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response
+from chartless.formats import FORMATS, ExportSettings, export_response, import_response
 from chartless.noise import AffineNoise
+from chartless.result.calibration import Calibration
 
 NOISE = AffineNoise(1e-4, 2e-5)
 

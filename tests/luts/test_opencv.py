@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from chartless.calibration_file import load, save
 from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
-from chartless.luts import OpenCv, import_response, is_calibration
-from chartless.luts._base import MOST_BYTES, Source
+from chartless.formats import OpenCv, import_response, is_calibration
+from chartless.formats._base import MOST_BYTES, Source
+from chartless.result.file import load, save
 
 Floats = npt.NDArray[np.float64]
 LEVELS = np.arange(256)

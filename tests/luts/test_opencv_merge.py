@@ -9,7 +9,7 @@ import pytest
 from cameras import CURVES, make_camera
 
 from chartless.curves import AbstractCurve, ModelCurve
-from chartless.luts import export_response, import_response
+from chartless.formats import export_response, import_response
 
 LEVELS = np.arange(256, dtype=np.uint8)
 Floats32 = npt.NDArray[np.float32]

@@ -9,11 +9,11 @@ import pytest
 from cameras import CURVES, make_camera
 from programs import require
 
-from chartless.calibration import Calibration
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response
+from chartless.formats import FORMATS, ExportSettings, export_response, import_response
+from chartless.result.calibration import Calibration
 
 Floats = npt.NDArray[np.float64]
 LEVELS = np.arange(255, dtype=np.uint8)

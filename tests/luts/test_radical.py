@@ -10,7 +10,7 @@ from cameras import CURVES, make_camera
 
 from chartless.curves import AbstractCurve
 from chartless.errors import CalibrationFileError
-from chartless.luts import FORMATS, ExportSettings, import_response
+from chartless.formats import FORMATS, ExportSettings, import_response
 
 LEVELS = np.arange(256, dtype=np.uint8)
 

@@ -12,14 +12,14 @@ from cameras import CURVES, make_camera
 from PIL import Image, ImageCms
 from programs import LEVELS, linearised_by_ffmpeg, linearised_by_ocio
 
-from chartless.calibration import Calibration
-from chartless.calibration_file import save
 from chartless.cli import main
 from chartless.flags import Flag
-from chartless.luts import FORMATS, ExportSettings, export_response, import_response
-from chartless.luts._base import Source
-from chartless.luts._tables import noted_verdict, recorded_verdict
-from chartless.verdict import verdict
+from chartless.formats import FORMATS, ExportSettings, export_response, import_response
+from chartless.formats._base import Source
+from chartless.formats._tables import noted_verdict, recorded_verdict
+from chartless.result.calibration import Calibration
+from chartless.result.file import save
+from chartless.result.verdict import verdict
 
 NOTED = [name for name, each in FORMATS.items() if each.keeps.verdict]
 SIZE = ExportSettings(size=(64, 48))

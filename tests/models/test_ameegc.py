@@ -8,8 +8,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from members import each
 
+from chartless.curves.fitting import fit
 from chartless.errors import ParameterError
-from chartless.fitting import fit
 from chartless.models import Ameegc, AmeegcExact, Eegc
 
 EXACT, PAPER, EEGC = AmeegcExact(), Ameegc(order=2), Eegc(order=2)

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from members import FAMILIES, GRID, SAMPLE, anything, each, each_by_family, examples, typical
 
+from chartless.curves.fitting import fit_many
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import ParameterError
-from chartless.fitting import fit_many
 from chartless.models import MODELS, AbstractModel, Property, Table
 from chartless.types import Floats
 

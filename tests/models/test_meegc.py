@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from members import each, examples, polynomials
 
-from chartless.fitting import fit
+from chartless.curves.fitting import fit
 from chartless.models import Ameegc, AmeegcExact, Eegc, Meegc
 from chartless.types import Floats
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from members import each, examples
 
-from chartless.fitting import fit
+from chartless.curves.fitting import fit
 from chartless.models import Table
 
 LEVEL = np.arange(256) / 255

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, named_curve
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
 from chartless.report import render
-from chartless.response import ExposureEstimate, NoiseError, SeenTransfer, Status
+from chartless.result.response import ExposureEstimate, NoiseError, SeenTransfer, Status
 from chartless.simulate import simulate_frames
 
 Element = Any

@@ -10,7 +10,7 @@ import pytest
 
 from chartless import Calibration, load
 from chartless.flags import Flag
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
 from chartless.report import save
 
 pytestmark = pytest.mark.slow

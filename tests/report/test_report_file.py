@@ -11,7 +11,7 @@ from PIL import Image
 
 from chartless import Calibration
 from chartless.errors import OutputError, ParameterError
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
 from chartless.report import example_frame, save
 
 

@@ -16,10 +16,10 @@ from slow_cases import slow_but
 
 from chartless import Calibration, load, named_curve, save
 from chartless.flags import Flag, Pattern
-from chartless.frame import Frame
-from chartless.luts import export_response, import_response
+from chartless.formats import export_response, import_response
+from chartless.frames.frame import Frame
 from chartless.report import render
-from chartless.response import ExposureEstimate, SeenTransfer
+from chartless.result.response import ExposureEstimate, SeenTransfer
 
 Element = Any
 Parse = Callable[[str], Element]

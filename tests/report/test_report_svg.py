@@ -109,7 +109,7 @@ def test_the_title_is_left_to_the_page() -> None:
 @pytest.mark.parametrize("n_levels", [4096, 65536])
 def test_figures_do_not_grow_with_the_levels(n_levels: int) -> None:
     from chartless import ModelCurve, Response
-    from chartless.response import Status
+    from chartless.result.response import Status
 
     response = Response(
         name="G", curve=ModelCurve("gamma", (0.5,)), noise=None, n_levels=n_levels,

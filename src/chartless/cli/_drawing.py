@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chartless.response import Response
+from chartless.result.response import Response
 from chartless.types import Bools, Floats, Indices
 
 if TYPE_CHECKING:

@@ -61,7 +61,7 @@ def parse_times(text: str) -> list[float] | list[str] | str:
     Words are names of unknown exposures: ``a,b,b,c``.
     The time of a line is its last word, so that lists of files and times will do.
     """
-    from chartless.plan import parsed_times
+    from chartless.evidence.plan import parsed_times
 
     path = Path(text)
     if not path.is_file():
@@ -76,7 +76,7 @@ def parse_curve(text: str) -> "AbstractCurve":
     """Curve from a file of samples, a truth.json of ``simulate``, or a name such as ``srgb``."""
     path = Path(text)
     if path.suffix.lower() in (".csv", ".txt", ".json") or path.is_file():
-        from chartless.curve_file import read_curve
+        from chartless.curves.file import read_curve
 
         return read_curve(path)
     from chartless.curves import named_curve

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, TextIO
 from chartless.errors import ParameterError
 
 if TYPE_CHECKING:  # the library takes half a second to import: --help does without
-    from chartless.calibration import Calibration
     from chartless.experiments import OnCase
+    from chartless.result.calibration import Calibration
     from chartless.types import JsonObject
     from chartless.workflow import Progress
 
@@ -70,7 +70,7 @@ def remark(text: str) -> None:
 
 def remark_verdict(path: Path, calibration: "Calibration") -> None:
     """Print in one line how far to trust a calibration that is not good."""
-    from chartless.verdict import Grade, known_verdict
+    from chartless.result.verdict import Grade, known_verdict
 
     judged = known_verdict(calibration.channels)
     if judged is not None and judged.grade is not Grade.GOOD:
@@ -79,7 +79,7 @@ def remark_verdict(path: Path, calibration: "Calibration") -> None:
 
 def remark_foreign(calibration: "Calibration") -> None:
     """Print what was remarked on reading the curve of another program."""
-    from chartless.verdict import is_foreign
+    from chartless.result.verdict import is_foreign
 
     if is_foreign(calibration.channels):
         for text in calibration.provenance.get("remarks", ()):
@@ -121,8 +121,8 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     errors : sequence of float, optional
         RMSE of each channel against a known truth.
     """
-    from chartless.summary import doubts, error_text, fit_text, noise_text, white_text
-    from chartless.verdict import verdict
+    from chartless.result.summary import doubts, error_text, fit_text, noise_text, white_text
+    from chartless.result.verdict import verdict
 
     divided = any(response.shape_std is not None for response in calibration.channels)
     errors_of = ["shape", "white"] if divided else ["error"]
@@ -160,7 +160,7 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
 
 def print_exposures(calibration: "Calibration") -> None:
     """Print a line for each exposure of a bracket; nothing for other calibrations."""
-    from chartless.summary import found_exposures, ratio_text
+    from chartless.result.summary import found_exposures, ratio_text
 
     given = calibration.provenance["exposures"] or []
     if not given:
@@ -189,7 +189,7 @@ def print_exposures(calibration: "Calibration") -> None:
 
 def write_report(calibration: "Calibration", path: Path) -> None:
     """Write a report with one of the frames, and say so where there is none to show."""
-    from chartless.luts import FORMATS
+    from chartless.formats import FORMATS
     from chartless.report import example_frame, save
 
     frame = example_frame(calibration)

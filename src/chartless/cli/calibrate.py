@@ -180,8 +180,8 @@ def calibrate(
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
         chartless calibrate clip.mp4 -o camera.json
     """
-    from chartless.calibration_file import save, to_json
-    from chartless.sequence import expanded
+    from chartless.frames.sequence import expanded
+    from chartless.result.file import save, to_json
     from chartless.workflow import calibrate as calibrate_camera
 
     frames = expanded(frames)
@@ -234,7 +234,7 @@ def calibrate(
     else:
         print_exposures(calibration)
         print_summary(calibration)
-        from chartless.summary import n_frames
+        from chartless.result.summary import n_frames
 
         what = f"{n_frames(calibration)} {'files' if raw else 'frames'}"
         print(f"\ncalibration of {what} written to {target}")

@@ -10,7 +10,7 @@ from chartless.cli._options import AsJson
 from chartless.cli._terminal import case_bar, naming, print_json, print_table, remark
 
 if TYPE_CHECKING:
-    from chartless.comparison import Candidate, Comparison
+    from chartless.curves.comparison import Candidate, Comparison
     from chartless.types import Floats, JsonObject
 
 _DRAWN = 4
@@ -45,9 +45,9 @@ def compare(
         chartless compare red.csv green.csv blue.csv -o compare.png
     """
     from chartless._files import require_writable
-    from chartless.comparison import compare as compare_families
-    from chartless.curve_file import read_samples
-    from chartless.fitting import checked_samples
+    from chartless.curves.comparison import compare as compare_families
+    from chartless.curves.file import read_samples
+    from chartless.curves.fitting import checked_samples
 
     samples = [read_samples(path) for path in curves]
     for path, (irradiance, brightness) in zip(curves, samples, strict=True):

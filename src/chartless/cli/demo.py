@@ -31,13 +31,13 @@ def demo(
     import numpy as np
     from skimage.data import astronaut  # ships with scikit-image, nothing is downloaded
 
-    from chartless.calibration_file import save, to_json
     from chartless.curves import named_curve
     from chartless.images import read_frame, write_image
     from chartless.noise import AffineNoise
     from chartless.plotting import overview, save_figure
-    from chartless.response import rmse
-    from chartless.simulation_file import write_simulation
+    from chartless.result.file import save, to_json
+    from chartless.result.response import rmse
+    from chartless.simulate.file import write_simulation
     from chartless.workflow import calibrate
 
     truth = named_curve(_RESPONSE)

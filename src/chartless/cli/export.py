@@ -17,7 +17,7 @@ from chartless.cli._terminal import (
 from chartless.errors import ParameterError
 
 if TYPE_CHECKING:
-    from chartless.luts import AbstractFormat, ExportSettings
+    from chartless.formats import AbstractFormat, ExportSettings
 
 
 def export(
@@ -68,7 +68,7 @@ def export(
     if list_formats:
         _print_formats(as_json=as_json)
         return
-    from chartless.luts import FORMATS, ExportSettings, export_response, load_calibration
+    from chartless.formats import FORMATS, ExportSettings, export_response, load_calibration
 
     if calibration is None:
         msg = "name the calibration to export, or --list"
@@ -92,7 +92,7 @@ def export(
     remark_foreign(camera)
     remark_verdict(calibration, camera)
     if as_json:
-        from chartless.verdict import verdict
+        from chartless.result.verdict import verdict
 
         print_json(
             {
@@ -134,8 +134,8 @@ def import_(
         chartless import curve.m --from pfstools --json
     """
     from chartless._files import require_writable
-    from chartless.calibration_file import save, to_json
-    from chartless.luts import FORMATS, import_response
+    from chartless.formats import FORMATS, import_response
+    from chartless.result.file import save, to_json
 
     target = output or (None if as_json else file.with_suffix(".json"))
     if target is not None:
@@ -161,7 +161,7 @@ def import_(
 
 
 def _print_formats(*, as_json: bool) -> None:
-    from chartless.luts import FORMATS
+    from chartless.formats import FORMATS
 
     if as_json:
         content = [
@@ -199,7 +199,7 @@ def _print_formats(*, as_json: bool) -> None:
 
 def _file_name(stem: str, each: "AbstractFormat") -> str:
     """Name of a file beside the calibration; with that of the format where several end alike."""
-    from chartless.luts import FORMATS
+    from chartless.formats import FORMATS
 
     alike = [other for other in FORMATS.values() if other.suffix == each.suffix]
     shared = len(alike) > 1 and each.suffix[1:] != each.name
@@ -216,7 +216,7 @@ def _require_used(each: "AbstractFormat", settings: "ExportSettings") -> None:
 
 def _name_by_suffix(output: Path | None) -> str:
     """Return the format of that name, or the only one whose files end so."""
-    from chartless.luts import FORMATS
+    from chartless.formats import FORMATS
 
     suffix = "" if output is None else output.suffix.lower()
     fitting = [each.name for each in FORMATS.values() if each.is_written and each.suffix == suffix]

@@ -37,9 +37,9 @@ def fit(
         chartless fit curve.csv
         chartless fit curve.csv --model gumbel4 -o fit.png
     """
-    from chartless.comparison import is_valid
-    from chartless.curve_file import read_samples
-    from chartless.fitting import fit as fit_curve
+    from chartless.curves.comparison import is_valid
+    from chartless.curves.file import read_samples
+    from chartless.curves.fitting import fit as fit_curve
 
     irradiance, brightness = read_samples(curve)
     with naming(curve):

@@ -12,8 +12,8 @@ from chartless.errors import ParameterError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from chartless.calibration import Calibration
-    from chartless.frame import Frame, Picture
+    from chartless.frames.frame import Frame, Picture
+    from chartless.result.calibration import Calibration
 
     Done: TypeAlias = tuple[Path, tuple[str, ...]]
     """A picture or video, and the remarks of one picture of it."""
@@ -61,10 +61,10 @@ def linearize(
         chartless linearize camera.json clip.mp4 -o linear/
     """
     from chartless._files import make_folder
-    from chartless._threads import in_order
+    from chartless._numeric.threads import in_order
+    from chartless.formats import load_calibration
+    from chartless.frames.sequence import expanded
     from chartless.images import is_video
-    from chartless.luts import load_calibration
-    from chartless.sequence import expanded
 
     images = expanded(images)
     loaded = load_calibration(calibration)
@@ -113,7 +113,7 @@ def _convert(calibration: "Calibration", image: Path, target: Path, inverse: boo
 def _write(
     calibration: "Calibration", image: Path, target: Path, picture: "Frame | Picture"
 ) -> "Done":
-    from chartless.frame import Frame
+    from chartless.frames.frame import Frame
     from chartless.images import write_image
 
     with naming(image):

@@ -12,10 +12,10 @@ from chartless.cli._terminal import print_json, progress_bar, remark, remark_ver
 from chartless.errors import ParameterError, UnfitFramesError
 
 if TYPE_CHECKING:
-    from chartless.frame import CameraSettings, Frame
+    from chartless.evidence.plan import Plan
+    from chartless.frames.frame import CameraSettings, Frame
     from chartless.images import Metadata
     from chartless.merge import RadianceMap
-    from chartless.plan import Plan
 
 
 def merge(
@@ -79,11 +79,11 @@ def merge(
         chartless merge a.png b.png c.png -c crf.yml --times 1,1/4,1/16 -o scene.hdr
     """
     from chartless._files import require_writable
+    from chartless.formats import load_calibration
+    from chartless.frames.sequence import expanded
     from chartless.images import read_settings, stored_type, write_image
-    from chartless.luts import load_calibration
     from chartless.merge import merge_frames
-    from chartless.sequence import expanded
-    from chartless.verdict import verdict
+    from chartless.result.verdict import verdict
 
     frames = expanded(frames)
     stored_type(output, "float")
@@ -178,7 +178,7 @@ def _plan(
     frames: list[Path], settings: "Sequence[CameraSettings]", times: list[float] | None
 ) -> "Plan":
     """Plan of a bracket, with words that suit this command where there is none."""
-    from chartless.plan import noted_exposures, planned
+    from chartless.evidence.plan import noted_exposures, planned
 
     if len(frames) < 2:  # noqa: PLR2004 - exposures
         msg = f"{frames[0]} alone is no bracket: give two or more exposures of one scene"
@@ -201,7 +201,7 @@ def _exposures(
     settings: "Sequence[CameraSettings]", times: list[float] | None
 ) -> tuple[tuple[float, ...], str]:
     """Exposure of each frame, and the unit of radiance: one over that of the exposures."""
-    from chartless.plan import noted_exposures
+    from chartless.evidence.plan import noted_exposures
 
     if times is not None:
         return tuple(times), "1/time, as --times gives it"

@@ -37,9 +37,9 @@ def show(
         chartless show camera.json -o camera.png --truth srgb
         chartless show camera.json --report camera.html
     """
-    from chartless.calibration_file import to_json
-    from chartless.luts import load_calibration
-    from chartless.response import rmse
+    from chartless.formats import load_calibration
+    from chartless.result.file import to_json
+    from chartless.result.response import rmse
 
     if report is not None:
         from chartless.report import require_page

@@ -48,7 +48,7 @@ def simulate(
     """
     from chartless.images import read_values
     from chartless.noise import AffineNoise
-    from chartless.simulation_file import write_simulation
+    from chartless.simulate.file import write_simulation
 
     curve, taken_with, sensor_noise = (
         parse_curve(response),

@@ -17,9 +17,9 @@ from chartless.errors import ParameterError, UnfitFramesError
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
-    from chartless.calibration import Calibration
-    from chartless.frame import TimedFrame
+    from chartless.frames.frame import TimedFrame
     from chartless.live import LiveEvidence
+    from chartless.result.calibration import Calibration
 
 _REDRAWN, _SAID = 0.2, 1.0  # seconds between pictures and between lines
 _WIDEST, _HIGHEST, _LEAST_HIGH = 100, 22, 5  # of the drawing, in characters
@@ -65,9 +65,9 @@ def watch(
         chartless watch /dev/video0 -o camera.json
         chartless watch clip.mp4 --until 0.015 -o camera.json --report camera.html
     """
-    from chartless.calibration_file import save, to_json
     from chartless.images import digest, read_video
     from chartless.live import LiveEvidence, lacking, live_calibration
+    from chartless.result.file import save, to_json
 
     _require_camera(device)
     require_outputs(output, report)
@@ -122,7 +122,7 @@ class _Estimate:
     @property
     def text(self) -> str:
         """The verdict, or why there is none."""
-        from chartless.verdict import verdict
+        from chartless.result.verdict import verdict
 
         return self.unfit if self.calibration is None else str(verdict(self.calibration.channels))
 
@@ -212,7 +212,7 @@ def _at_most_every(seconds: float, act: _Show) -> _Show:
 
 def _lines(estimate: _Estimate, live: "LiveEvidence", until: float) -> list[str]:
     """What stands below the drawing."""
-    from chartless.summary import error_text
+    from chartless.result.summary import error_text
 
     channels = estimate.calibration.channels if estimate.calibration else ()
     rows = [
@@ -245,7 +245,7 @@ def _picture(
 
 
 def _print(calibration: "Calibration", output: Path | None, report: Path | None) -> None:
-    from chartless.summary import n_frames
+    from chartless.result.summary import n_frames
 
     print_summary(calibration)
     if output is not None or report is not None:

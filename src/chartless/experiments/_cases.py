@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from chartless._files import make_folder, write_text
-from chartless._parallel import WorkerError, run_all
+from chartless._numeric.parallel import WorkerError, run_all
 from chartless.types import JsonObject
 
 Case = Callable[[], JsonObject]

@@ -16,10 +16,10 @@ import numpy as np
 
 from chartless._files import make_folder, write_csv
 from chartless._version import __version__
-from chartless.comparison import stays_inside
+from chartless.curves.comparison import stays_inside
+from chartless.curves.fitting import Fit, fit_many
 from chartless.datasets import Dorf
 from chartless.experiments._cases import Case, OnCase, fingerprint_of, run_cases
-from chartless.fitting import Fit, fit_many
 from chartless.models import (
     MODELS,
     UNIFORM_IRRADIANCE,

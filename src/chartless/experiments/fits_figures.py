@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from chartless.curves.fitting import fit
 from chartless.datasets import Dorf
 from chartless.experiments.fits import LEFT_OUT, ORDERS, FitTable
-from chartless.fitting import fit
 from chartless.plotting import BLUE, DARK, GREEN, ORANGE, PURPLE, SKY, VERMILION, draw_fits
 
 _KINDS = {"film": BLUE, "digital": VERMILION, "gamma": GREEN, "unknown": "0.5"}

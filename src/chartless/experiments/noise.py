@@ -17,23 +17,23 @@ import numpy as np
 
 from chartless._files import make_folder, write_csv
 from chartless._version import __version__
-from chartless.calibrators import (
+from chartless.curves import SampledCurve, SrgbCurve
+from chartless.curves.prior import CurvePrior, bin_edges, log_slope_basis
+from chartless.datasets import Dorf
+from chartless.errors import ImageError, ParameterError
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
+from chartless.images import read_values
+from chartless.inference.information import free_bound
+from chartless.methods import (
     AbstractCalibrator,
     LikelihoodSearch,
     NoiseLevelSearch,
     SimilaritySearch,
 )
-from chartless.cooccurrence import Cooccurrence
-from chartless.curves import SampledCurve, SrgbCurve
-from chartless.datasets import Dorf
-from chartless.errors import ImageError, ParameterError
-from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
-from chartless.images import read_values
-from chartless.information import free_bound
-from chartless.log_slopes import CurvePrior, bin_edges, log_slope_basis
 from chartless.models import MODELS, UNIFORM_IRRADIANCE, AbstractModel, Basis, Emor, principal_basis
 from chartless.noise import AffineNoise
-from chartless.response import rmse
+from chartless.result.response import rmse
 from chartless.simulate import simulate_frames
 from chartless.types import Counts, Floats, JsonObject
 
@@ -219,7 +219,7 @@ class CaseResult:
     """By method."""
     bound: float
     """Least RMSE that an estimate of any curve can have on these pairs: see
-    `chartless.information.free_bound`."""
+    `chartless.inference.information.free_bound`."""
 
 
 def run(

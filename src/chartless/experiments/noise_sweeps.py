@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from chartless._version import __version__
-from chartless.calibrators import LikelihoodSearch, SimilaritySearch
-from chartless.cooccurrence import Cooccurrence, level_table
+from chartless.curves.fitting import fit
+from chartless.curves.prior import N_BINS, bin_edges
 from chartless.datasets import Dorf
+from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
 from chartless.experiments.noise import (
     ITERATIONS,
@@ -32,10 +33,10 @@ from chartless.experiments.noise import (
     search,
     true_curve,
 )
-from chartless.fitting import fit
+from chartless.frames.levels import level_table
 from chartless.images import through_jpeg
-from chartless.information import free_bound, pair_bound
-from chartless.log_slopes import N_BINS, bin_edges
+from chartless.inference.information import free_bound, pair_bound
+from chartless.methods import LikelihoodSearch, SimilaritySearch
 from chartless.models import AmeegcExact
 from chartless.noise import AffineNoise
 from chartless.simulate import simulate_frames

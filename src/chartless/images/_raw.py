@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from chartless._extras import how_to_install
 from chartless.errors import ImageError
-from chartless.frame import CameraSettings, Frame, RawPicture
+from chartless.frames.frame import CameraSettings, Frame, RawPicture
 from chartless.types import Floats, Floats32
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 
 from chartless._addresses import NOT_A_FILE, address_in
-from chartless.compression import JPEG_BLOCK, Blocks
 from chartless.errors import ImageError
-from chartless.frame import CameraSettings, Frame, Picture, RawPicture
+from chartless.frames.compression import JPEG_BLOCK, Blocks
+from chartless.frames.frame import CameraSettings, Frame, Picture, RawPicture
 from chartless.images._depth import FEWEST_BITS, MOST_BITS, narrowed, significant_bits
 from chartless.images._png import SIGNATURE as PNG_SIGNATURE
 from chartless.images._png import PngHeader, read_png_header

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from chartless._extras import how_to_install
 from chartless.errors import ImageError
-from chartless.frame import Frame, TimedFrame
+from chartless.frames.frame import Frame, TimedFrame
 from chartless.images._depth import FEWEST_BITS, MOST_BITS
 from chartless.images._read import require_file
 from chartless.types import Levels

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from chartless._invert import invert_on_grid
+from chartless._numeric.invert import invert_on_grid
 from chartless._registry import Registry
 from chartless.errors import ParameterError
 from chartless.types import Bools, Floats

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
-from chartless._invert import invert_on_grid
+from chartless._numeric.invert import invert_on_grid
 from chartless.models._base import AbstractModel
 from chartless.models._polynomial import polynomial, slope_coefficients
 from chartless.types import Floats

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
-from chartless._invert import invert_on_grid
+from chartless._numeric.invert import invert_on_grid
 from chartless.models._base import AbstractModel, Property, register_model
 from chartless.models._orders import HIGHEST_ORDER
 from chartless.models._polynomial import polynomial, slope_coefficients

@@ -10,16 +10,20 @@ from matplotlib import colors, ticker
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chartless.calibration import Calibration
-from chartless.cooccurrence import Cooccurrence, difference_moments, noise_level_function
 from chartless.curves import AbstractCurve
-from chartless.likelihood import PairCounts, with_scene
+from chartless.evidence.noise.cooccurrence import (
+    Cooccurrence,
+    difference_moments,
+    noise_level_function,
+)
+from chartless.evidence.noise.likelihood import PairCounts, with_scene
+from chartless.methods.ism.objectives import expected_counts, half_levels
 from chartless.noise import AffineNoise
-from chartless.objectives import expected_counts, half_levels
 from chartless.plotting._style import CHANNEL_COLOURS, SERIES_COLOURS, VERMILION
-from chartless.response import Response, SeenTransfer, rmse
+from chartless.result.calibration import Calibration
+from chartless.result.response import Response, SeenTransfer, rmse
+from chartless.result.verdict import typical_of_exposures
 from chartless.types import Counts, Floats, Indices
-from chartless.verdict import typical_of_exposures
 
 _MOST = 4.0  # deviations at the ends of the colour scale
 _NEVER = 0.05  # pairs expected where there are none: nothing to see

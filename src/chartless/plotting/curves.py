@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chartless.fitting import Fit
+from chartless.curves.fitting import Fit
 from chartless.plotting._style import SERIES_COLOURS
 from chartless.types import Floats
 

@@ -7,14 +7,14 @@ import os
 from pathlib import Path
 
 from chartless._files import require_writable, write_text
-from chartless.calibration import Calibration
 from chartless.errors import ChartlessError, OutputError
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
 from chartless.report._comparison import comparison as comparison
 from chartless.report._notebook import card as card
 from chartless.report._page import environment as environment
 from chartless.report._page import render as render
 from chartless.report._page import stylesheet as stylesheet
+from chartless.result.calibration import Calibration
 
 _SUFFIXES = (".html", ".htm")
 

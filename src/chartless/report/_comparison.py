@@ -7,15 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from chartless.calibration import Calibration
 from chartless.plotting import draw_differences, draw_responses
 from chartless.report._figures import HALF, THIRD, Drawing
 from chartless.report._page import environment
 from chartless.report._svg import inline_svg
-from chartless.response import Response
-from chartless.summary import error_text
+from chartless.result.calibration import Calibration
+from chartless.result.response import Response
+from chartless.result.summary import error_text
+from chartless.result.verdict import deviation, verdict
 from chartless.types import Floats
-from chartless.verdict import deviation, verdict
 
 _BRIGHTNESS = np.linspace(0.0, 1.0, 256)
 _ALIKE = 0.0005

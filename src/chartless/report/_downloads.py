@@ -3,9 +3,9 @@
 from dataclasses import replace
 from typing import NamedTuple
 
-from chartless.calibration import Calibration
-from chartless.calibration_file import to_text
-from chartless.luts import FORMATS, AbstractFormat, ExportSettings
+from chartless.formats import FORMATS, AbstractFormat, ExportSettings
+from chartless.result.calibration import Calibration
+from chartless.result.file import to_text
 
 _MOST_BYTES = 600_000  # of a file; in the page it takes a third more
 _MOST_EXPORTED = 60_000  # of a file in another format

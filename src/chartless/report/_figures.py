@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from chartless import plotting
 from chartless.report import _words
 from chartless.report._svg import inline_svg
-from chartless.response import Response
-from chartless.verdict import typical_of_exposures
+from chartless.result.response import Response
+from chartless.result.verdict import typical_of_exposures
 
 HALF, THIRD = (360, 250), (285, 215)  # of the page
 

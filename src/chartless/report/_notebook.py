@@ -8,8 +8,8 @@ from markupsafe import Markup
 from chartless.plotting import draw_response
 from chartless.report import _words
 from chartless.report._svg import inline_svg
-from chartless.response import Response
-from chartless.verdict import verdict
+from chartless.result.response import Response
+from chartless.result.verdict import verdict
 
 _SIZE = (360, 270)
 _FRAME = Markup(

@@ -11,15 +11,15 @@ import numpy as np
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
-from chartless.calibration import Calibration
-from chartless.frame import Frame
-from chartless.luts import FORMATS
+from chartless.formats import FORMATS
+from chartless.frames.frame import Frame
 from chartless.report._downloads import downloads
 from chartless.report._figures import drawings
 from chartless.report._pictures import previews
 from chartless.report._words import unbroken
-from chartless.response import Response
-from chartless.summary import (
+from chartless.result.calibration import Calibration
+from chartless.result.response import Response
+from chartless.result.summary import (
     doubts,
     error_text,
     fit_text,
@@ -29,8 +29,8 @@ from chartless.summary import (
     ratio_text,
     white_text,
 )
+from chartless.result.verdict import Grade, verdict
 from chartless.types import JsonObject
-from chartless.verdict import Grade, verdict
 
 _MARKS = {Grade.GOOD: "✓", Grade.CARE: "!", Grade.DISTRUST: "✕"}
 _SHARES = np.array([0, 16, 32, 48, 64, 96, 128, 160, 192, 224, 240, 255]) / 255

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
-from chartless.calibration import Calibration
 from chartless.curves import named_curve
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
+from chartless.result.calibration import Calibration
 from chartless.types import Floats, Floats32, Levels
 
 _LONGEST = 640  # pixels of a side, at most

@@ -2,7 +2,7 @@
 
 `serve` runs it on this computer. What it does, the library does: calibrations are made by
 `chartless.workflow`, in processes of their own (`_worker`), reports by `chartless.report`, files
-by `chartless.luts`. Requests are checked in `_guard` before anything else sees them.
+by `chartless.formats`. Requests are checked in `_guard` before anything else sees them.
 """
 
 from chartless.web._limits import Limits as Limits

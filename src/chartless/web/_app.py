@@ -17,8 +17,8 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from chartless.calibration_file import to_text
 from chartless.errors import ChartlessError
+from chartless.result.file import to_text
 from chartless.web import _page
 from chartless.web._guard import Guard, cookie_of
 from chartless.web._limits import Limits

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chartless.calibration import Calibration
 from chartless.errors import ImageError, UnfitFramesError
-from chartless.frame import Frame
+from chartless.frames.frame import Frame
 from chartless.live import LiveEvidence, lacking, live_calibration
 from chartless.report import card
+from chartless.result.calibration import Calibration
 from chartless.types import JsonObject, Levels
 
 MOST_BYTES = 36_000_000

@@ -23,10 +23,10 @@ def document(*, is_shared: bool = False) -> str:
     is_shared : bool
         Whether other computers reach it.
     """
-    from chartless.calibrators import CALIBRATORS
-    from chartless.luts import FORMATS
+    from chartless.evidence.plan import KINDS
+    from chartless.formats import FORMATS
+    from chartless.methods import CALIBRATORS
     from chartless.models import MODELS
-    from chartless.plan import KINDS
     from chartless.workflow import DEFAULT_METHOD, RAW_METHOD
 
     return (

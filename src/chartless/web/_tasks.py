@@ -9,22 +9,22 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
-from chartless.calibration import Calibration
-from chartless.calibration_file import load, save
 from chartless.errors import ImageError
-from chartless.frame import Frame
-from chartless.images import is_raw, is_video, read_settings, read_size
-from chartless.luts import (
+from chartless.formats import (
     FORMATS,
     ExportSettings,
     export_response,
     is_calibration,
     load_calibration,
 )
+from chartless.frames.frame import Frame
+from chartless.images import is_raw, is_video, read_settings, read_size
 from chartless.report import comparison, example_frame
 from chartless.report import save as save_report
+from chartless.result.calibration import Calibration
+from chartless.result.file import load, save
+from chartless.result.verdict import verdict
 from chartless.types import JsonObject
-from chartless.verdict import verdict
 from chartless.workflow import calibrate
 
 Say = Callable[[JsonObject], None]

@@ -11,8 +11,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from tempfile import TemporaryDirectory
 
 from chartless.errors import ChartlessError, ParameterError
-from chartless.plan import parsed_times
-from chartless.sequence import naturally_sorted
+from chartless.evidence.plan import parsed_times
+from chartless.frames.sequence import naturally_sorted
 from chartless.types import JsonObject
 from chartless.web._limits import Limits
 from chartless.web._live import LiveView

@@ -1,0 +1,174 @@
+"""Any response at all: the logarithm of the slope of g in each level, and what cameras have there.
+
+A curve is a number w for each of the L levels: the log slope of the inverse response g in the bin
+of the level. Exponentials, added up and divided by their sum, give the irradiance between the
+levels: increasing by construction, through both ends, and no curve is left out. What keeps it from
+following every chance of the counts is a Gaussian process: mean and covariance of w over measured
+cameras, with some roughness more, so that cameras unlike those are not excluded.
+
+The numbers in ``prior.npz`` are fitted by ``scripts/fit_log_slopes.py``.
+"""
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import resources
+
+import numpy as np
+
+from chartless.types import Floats
+
+N_BINS = 256
+"""Levels at which the prior is kept; at other numbers it is interpolated."""
+# Roughness that smooth measured curves lack: Matérn 3/2 of this share of their deviation and
+# this length in brightness; and white, per level. docs/design/0006 has what other values do.
+_ROUGHNESS, _LENGTH, _WHITE = 0.02, 8 / 255, 0.003
+# What DoRF does not know of digital cameras: how hard their shoulders are. Matérn 3/2 of this
+# deviation at white and this length in ln of the distance from white, as shoulders are powers of
+# it; it falls off by e within so much brightness. scripts/fit_shoulder.py has what was fitted.
+_SHOULDER, _SHOULDER_LENGTH, _SHOULDER_REACH = 0.7, 0.75, 32 / 255
+_STEEPEST = 5.0
+"""Digitised curves have plateaus; their log slope is cut here."""
+
+
+def bin_edges(n_levels: int) -> Floats:
+    """Brightness at the lower end, between and at the upper end of the levels, shape (L + 1,)."""
+    inner = (np.arange(1, n_levels) - 0.5) / (n_levels - 1)
+    return np.concatenate([[0.0], inner, [1.0]])
+
+
+def irradiance_at_edges(log_slopes: Floats) -> Floats:
+    """G at `bin_edges`, shape (L + 1,), from 0 to 1, increasing.
+
+    Parameters
+    ----------
+    log_slopes : ndarray, shape (L,)
+        Up to a constant.
+    """
+    widths = np.diff(bin_edges(log_slopes.size)) * np.exp(log_slopes - log_slopes.max())
+    edges = np.concatenate([[0.0], np.cumsum(widths)])
+    return np.asarray(edges / edges[-1])
+
+
+def log_slopes_of(irradiance: Floats) -> Floats:
+    """Log slopes, shape (L,), of a curve given by g at `bin_edges`, shape (L + 1,)."""
+    brightness = bin_edges(irradiance.size - 1)
+    slopes = np.diff(irradiance) / np.diff(brightness)
+    return np.log(np.clip(slopes, np.exp(-_STEEPEST), np.exp(_STEEPEST)))
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePrior:
+    """Gaussian distribution of log slopes."""
+
+    mean: Floats
+    """Shape (L,)."""
+    covariance: Floats
+    """Shape (L, L)."""
+
+    @property
+    def n_levels(self) -> int:
+        """L."""
+        return self.mean.size
+
+    @cached_property
+    def precision(self) -> Floats:
+        """Inverse of the covariance, shape (L, L)."""
+        return np.asarray(np.linalg.inv(self.covariance), np.float64)
+
+    def with_shoulder(self) -> "CurvePrior":
+        """Return the same prior with shoulders of any hardness next to white.
+
+        For exposures, which show all levels but the last. To noise, which shows less, the term
+        would only be one more thing that is not known.
+        """
+        return CurvePrior(self.mean, self.covariance + shoulder_covariance(self.n_levels))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LogSlopeBasis:
+    """Mean and principal components of the log slopes of cameras, at `N_BINS` levels."""
+
+    mean: Floats
+    """Shape (256,)."""
+    components: Floats
+    """Each times its deviation, shape (K, 256)."""
+
+    def prior(self, n_levels: int = N_BINS) -> CurvePrior:
+        """Prior for pictures of so many levels."""
+        centres = _centres(n_levels)
+        known = _centres(N_BINS)
+        mean, *components = (
+            np.interp(centres, known, row) for row in (self.mean, *self.components)
+        )
+        loadings = np.array(components)
+        covariance = loadings.T @ loadings
+        deviation = np.sqrt(np.diag(covariance))
+        distance = np.sqrt(3) * np.abs(centres[:, np.newaxis] - centres) / _LENGTH
+        matern = (1 + distance) * np.exp(-distance)
+        relative = deviation / np.sqrt(np.mean(deviation**2))
+        covariance += _ROUGHNESS**2 * np.outer(relative, relative) * matern
+        covariance += _WHITE**2 * np.eye(n_levels)
+        return CurvePrior(mean, covariance)
+
+
+def log_slope_basis(irradiance: Floats, curves: Floats, n_components: int = 60) -> LogSlopeBasis:
+    """Mean and leading principal components of the log slopes of measured responses.
+
+    Parameters
+    ----------
+    irradiance : ndarray, shape (N,)
+        Increasing from 0 to 1.
+    curves : ndarray, shape (B, N)
+        Brightness, from 0 to 1, never decreasing. Give each camera once.
+    n_components : int
+        At most this many.
+    """
+    wanted = bin_edges(N_BINS)
+    trifle = 1e-9 * np.arange(irradiance.size)  # plateaus have a first and a last point
+    rows = np.array(
+        [log_slopes_of(np.interp(wanted, curve + trifle, irradiance)) for curve in curves]
+    )
+    mean = rows.mean(axis=0)
+    _, deviations, components = np.linalg.svd(rows - mean, full_matrices=False)
+    kept = slice(min(n_components, len(rows) - 1))
+    scale = deviations[kept, np.newaxis] / np.sqrt(len(rows))
+    return LogSlopeBasis(mean, scale * components[kept])
+
+
+@cache
+def measured_prior(n_levels: int = N_BINS) -> CurvePrior:
+    """Prior of the 190 distinct curves of the Database of Response Functions."""
+    with resources.files("chartless.curves").joinpath("prior.npz").open("rb") as file:
+        arrays = np.load(file, allow_pickle=False)
+        mean, components = (arrays[name].astype(np.float64) for name in ("mean", "components"))
+    return LogSlopeBasis(mean, components).prior(n_levels)
+
+
+def shoulder_covariance(
+    n_levels: int,
+    *,
+    deviation: float = _SHOULDER,
+    length: float = _SHOULDER_LENGTH,
+    reach: float = _SHOULDER_REACH,
+) -> Floats:
+    """Covariance of log slopes by shoulders of any hardness, shape (L, L).
+
+    Parameters
+    ----------
+    n_levels : int
+    deviation : float
+        At white.
+    length : float
+        In ln of the distance from white: log slopes of powers of that distance are linear in it.
+    reach : float
+        Brightness below white within which the term falls off by e.
+    """
+    below = 1 - _centres(n_levels)
+    apart = np.sqrt(3) * np.abs(np.subtract.outer(np.log(below), np.log(below))) / length
+    fading = deviation * np.exp(-below / reach)
+    return np.asarray((1 + apart) * np.exp(-apart) * np.outer(fading, fading))
+
+
+def _centres(n_levels: int) -> Floats:
+    edges = bin_edges(n_levels)
+    return np.asarray((edges[1:] + edges[:-1]) / 2)

@@ -1,0 +1,1 @@
+"""Different exposures of one scene: ratios of light are known."""

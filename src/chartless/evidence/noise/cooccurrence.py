@@ -1,0 +1,179 @@
+"""How often a pixel shows one level in a frame and another level in the next.
+
+The co-occurrence table is all that calibration by noise keeps of the pictures: L × L
+integers, however many frames went in. Tables of different frames, tiles or machines add up,
+so frames are read once, counted and forgotten.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from chartless.errors import ParameterError
+from chartless.types import Counts, Floats, Indices, Levels
+
+_FEWEST_PAIRS = 100
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cooccurrence:
+    """Counts of level pairs over frames of one still scene; tables add with ``+``.
+
+    Parameters
+    ----------
+    counts : ndarray of int64, shape (L, L)
+        ``counts[i, j]`` pixels showed level i in the earlier frame of a pair and level j in
+        the later one. Kept as counted, not symmetrised: a drift between frames shows as
+        asymmetry. The order of the two frames carries no other information, so estimators
+        use `symmetric`.
+
+    Examples
+    --------
+    >>> first = np.array([[0, 1], [2, 3]], dtype=np.uint8)
+    >>> table = Cooccurrence.of_pair(first, first[::-1], n_levels=4)
+    >>> table.counts[0, 2], table.n_pairs
+    (np.int64(1), 4)
+    """
+
+    counts: Counts
+
+    def __post_init__(self) -> None:
+        if self.counts.ndim != 2 or self.counts.shape[0] != self.counts.shape[1]:  # noqa: PLR2004
+            msg = f"a co-occurrence table is square, not of shape {self.counts.shape}"
+            raise ParameterError(msg)
+
+    @classmethod
+    def zeros(cls, n_levels: int = 256) -> "Cooccurrence":
+        """Return the empty table, to which all others add."""
+        return cls(np.zeros((n_levels, n_levels), dtype=np.int64))
+
+    @classmethod
+    def of_pair(
+        cls,
+        first: Levels,
+        second: Levels,
+        *,
+        n_levels: int = 256,
+        mask: npt.NDArray[np.bool_] | None = None,
+    ) -> "Cooccurrence":
+        """Count the level pairs of two frames.
+
+        Parameters
+        ----------
+        first, second : ndarray of uint8 or uint16, equal shapes
+            Levels of one channel, each below `n_levels` (see `level_table`).
+        n_levels : int
+        mask : ndarray of bool, optional
+            Same shape; only pixels where it is True are counted.
+        """
+        if mask is not None:
+            first, second = first[mask], second[mask]
+        if first.shape != second.shape:
+            msg = f"frames of one size are compared, not of {first.shape} and {second.shape}"
+            raise ParameterError(msg)
+        if n_levels <= np.iinfo(first.dtype).max and first.size:
+            highest = max(first.max(), second.max())
+            if highest >= n_levels:
+                msg = f"level {highest} is none of 0 to {n_levels - 1}: reduce the levels first"
+                raise ParameterError(msg)
+        # Two bytes side by side make a 16-bit index: a quarter of the traffic of int64.
+        index_type = np.uint16 if n_levels <= 256 else np.uint32  # noqa: PLR2004 - a byte's values
+        index = np.multiply(first, n_levels, dtype=index_type)
+        index += second
+        counts = np.bincount(index.ravel(), minlength=n_levels**2)
+        return cls(counts.reshape(n_levels, n_levels).astype(np.int64, copy=False))
+
+    def __add__(self, other: "Cooccurrence") -> "Cooccurrence":
+        if self.n_levels != other.n_levels:
+            msg = f"tables of {self.n_levels} and {other.n_levels} levels do not add"
+            raise ParameterError(msg)
+        return Cooccurrence(self.counts + other.counts)
+
+    @property
+    def n_levels(self) -> int:
+        """Number of levels L."""
+        return len(self.counts)
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of pixel pairs counted."""
+        return int(self.counts.sum())
+
+    @property
+    def symmetric(self) -> Counts:
+        """Counts with the order of the frames forgotten: C + Cᵀ, shape (L, L)."""
+        return self.counts + self.counts.T
+
+    @property
+    def histogram(self) -> Counts:
+        """How often each level occurs in either frame, shape (L,)."""
+        histogram: Counts = self.counts.sum(axis=0) + self.counts.sum(axis=1)
+        return histogram
+
+    @property
+    def observed_levels(self) -> tuple[int, int]:
+        """Lowest and highest level that occur; (0, -1) of an empty table."""
+        (seen,) = np.nonzero(self.histogram)
+        return (int(seen[0]), int(seen[-1])) if seen.size else (0, -1)
+
+
+class DifferenceMoments(NamedTuple):
+    """What the differences of pairs add up to at each sum of their two levels, shape (2L − 1,)."""
+
+    pairs: Floats
+    """Number of pairs."""
+    total: Floats
+    """Sum of later less earlier."""
+    squares: Floats
+    """Sum of the squares of that."""
+
+
+def difference_moments(counts: Counts | Floats) -> DifferenceMoments:
+    """Moments of the difference of level pairs, counted or expected, of shape (L, L).
+
+    At equal sum the difference has mean 0 when the frames are exchangeable, free of
+    regression to the mean, so drift and noise are read from it there.
+    """
+    sums, difference, squared = _cells(len(counts))
+    weight = np.asarray(counts, dtype=np.float64).ravel()
+
+    def summed(values: Floats) -> Floats:
+        return np.asarray(np.bincount(sums, values), dtype=np.float64)
+
+    return DifferenceMoments(summed(weight), summed(weight * difference), summed(weight * squared))
+
+
+@cache
+def _cells(n_levels: int) -> tuple[Indices, Floats, Floats]:
+    """Sum of the levels of each cell, their difference, and its square, shape (L²,)."""
+    level = np.arange(n_levels)
+    difference = (level - level[:, np.newaxis]).ravel().astype(np.float64)
+    return (level[:, np.newaxis] + level).ravel(), difference, difference**2
+
+
+def noise_level_function(counts: Counts | Floats) -> Floats:
+    """Deviation of one frame around each mean level, from the differences of pairs.
+
+    Parameters
+    ----------
+    counts : ndarray, shape (L, L)
+        Level pairs, counted or expected: both go the same way, so that clipping and
+        rounding, which make it smaller near the ends, cancel in a comparison.
+
+    Returns
+    -------
+    ndarray of float, shape (L,)
+        In levels, rounding included; NaN where there are fewer than 100 pairs.
+    """
+    n_levels = len(counts)
+    earlier, later = np.nonzero(counts)
+    weight = counts[earlier, later].astype(np.float64)
+    middle = (earlier + later + 1) // 2
+    pairs = np.bincount(middle, weight, n_levels)
+    squares = np.bincount(middle, weight * (later - earlier) ** 2.0, n_levels)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        deviation = np.sqrt(squares / pairs / 2)
+    return np.where(pairs >= _FEWEST_PAIRS, deviation, np.nan)

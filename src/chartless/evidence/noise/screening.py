@@ -1,0 +1,421 @@
+"""Whether frames are fit to be calibrated from, and how far the result is to be trusted.
+
+Calibration by noise reads the difference of two frames. It is fit when that difference is
+pixel noise and nothing else. So each check measures which share of the squared difference
+something else explains: the frames were displaced, the brightness changed, patches of the
+scene moved. A share above `GROSS` is refused, one above `SUSPICIOUS` flagged.
+
+What is made up for later counts less here: patches and neighbours are measured without the
+drift of brightness (module `drift`) and without the pixels that changed far more than noise
+explains (`outliers`).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from chartless.errors import UnfitFramesError
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.drift import LARGE, drift_share
+from chartless.evidence.noise.outliers import SOME_MOVERS, without_outliers
+from chartless.flags import Flag
+from chartless.types import Bools, Floats, Floats32, Levels
+
+GROSS = 0.5
+"""Above this share, what should be noise is mostly something else: refused."""
+SUSPICIOUS = 0.05
+"""Above this share: flagged."""
+DRIFTING = 0.02
+"""Share of a change of brightness above which frames are flagged: 5 % in bright parts."""
+CORRELATED = 0.15
+"""Correlation of noise, of neighbours or channels, above which it is flagged; raw has 0."""
+MOST_MOVERS = 0.1
+"""Share of pixels that changed far more than noise explains, above which frames are refused."""
+LEAST_RESEMBLANCE = 0.25
+"""Correlation of the levels of two frames below which they show no common scene, and are refused.
+
+Of 153 pairs of different photographs, those that every other check lets pass have 0.05 at most;
+here noise has three times the variance of the scene."""
+EMPTY = 0.04
+"""Share of levels never used between used ones, above which it is flagged."""
+LEAST_COVERAGE = 0.25
+"""Share of the level range that the scene must cover; below, most of the curve is guessed."""
+GOOD_COVERAGE = 0.8
+"""Share of the range below which the result is flagged."""
+MOST_CLIPPED, MANY_CLIPPED = 0.9, 0.25
+"""Share of black and white pixels above which frames are refused, and flagged."""
+LEAST_PAIRS, FEW_PAIRS = 10, 100
+"""Pairs per level seen below which frames are refused, and flagged."""
+LEAST_NOISE = 0.3
+"""Noise deviation in steps between used levels below which rounding hides most of it.
+
+Rounding itself has 0.29."""
+_MOVED = 0.5  # pixels
+_BLOCK, _BAND, _ENOUGH = 16, 32, 1 << 19  # pixels: patch, rows in a band, all bands
+_COMB, _EXPECTED = 16, 10  # levels on either side, pixels at each: an empty one is no chance
+_RARE = 1e-3  # share of pixels at either end that do not count as covered levels
+
+
+@dataclass(frozen=True, slots=True)
+class PairCheck:
+    """What two consecutive frames have in common besides the scene; one channel.
+
+    Shares refer to the mean squared difference of the frames.
+    """
+
+    displacement: float
+    """Length of the shift that fits the difference best, in pixels."""
+    displacement_share: float
+    """Share explained by that shift."""
+    patch_share: float
+    """Share that lives in patches of 16 × 16 pixels and larger; pixel noise has none."""
+    neighbour_correlation: float
+    """Correlation of the difference between neighbouring pixels, mean of both directions."""
+    channel_correlation: float = 0.0
+    """Correlation of the difference between channels, the largest without its sign."""
+    outliers: float = 0.0
+    """Share of pixels that changed far more than noise explains."""
+    drift: float = 0.0
+    """Change of brightness relative to the level, in the channel where it is largest."""
+    drift_share: float = 0.0
+    """Share explained by that change."""
+    resemblance: float = 1.0
+    """Correlation of the levels of the frames, see `resemblance`."""
+    one_scene: bool = True
+    """Whether the frames show one scene; only looked at if they are unfit otherwise."""
+
+
+def check_pair(
+    first: Levels,
+    second: Levels,
+    mask: Bools | None = None,
+    *,
+    drift: Floats | None = None,
+    outlying: Bools | None = None,
+    follows: Levels | None = None,
+) -> PairCheck:
+    """Compare two frames of one channel.
+
+    Parameters
+    ----------
+    first, second : ndarray of uint8 or uint16, shape (M, N)
+    mask : ndarray of bool, shape (M, N), optional
+        Pixels outside it count as unchanged.
+    drift : ndarray, shape (2L − 1,), optional
+        Change of brightness by the sum of the levels, which is taken off the difference.
+    outlying : ndarray of bool, shape (L, L), optional
+        Pairs of levels that count as unchanged, except for the displacement: where a shift
+        is seen best, at edges, it looks like an outlier.
+    follows : ndarray of uint16, shape (L,), optional
+        Level of the second frame, of another exposure, that follows each level of the first;
+        pixels black or white in either count as unchanged.
+    """
+    scene, later = _bands(first), _bands(second)
+    difference = later - scene
+    if follows is not None:
+        top = np.float32(follows.size - 1)
+        usable = (scene > 0) & (scene < top) & (later > 0) & (later < top)
+        scene = follows.astype(np.float32)[scene.astype(np.intp)]
+        difference = (later - scene) * usable
+    if drift is not None:
+        difference -= drift.astype(np.float32)[(scene + later).astype(np.intp)]
+    if mask is not None:
+        difference *= _bands(mask)
+    energy = _dot(difference, difference)
+    if energy == 0:
+        return PairCheck(0.0, 0.0, 0.0, 0.0)
+
+    mean = scene + later
+    across = np.float32(0.25) * (mean[:, 1:-1, 2:] - mean[:, 1:-1, :-2])
+    down = np.float32(0.25) * (mean[:, 2:, 1:-1] - mean[:, :-2, 1:-1])
+    core = difference[:, 1:-1, 1:-1]
+    cross = _dot(across, down)
+    normal = np.array([[_dot(across, across), cross], [cross, _dot(down, down)]])
+    pull = np.array([_dot(across, core), _dot(down, core)])
+    shift = np.linalg.lstsq(normal, pull, rcond=1e-6)[0]
+    displacement_share = float(shift @ pull) / energy
+    if outlying is not None:
+        difference *= ~outlying[scene.astype(np.intp), later.astype(np.intp)]
+        energy = max(_dot(difference, difference), float(np.finfo(np.float32).tiny))
+    horizontal = _dot(difference[:, :, 1:], difference[:, :, :-1])
+    vertical = _dot(difference[:, 1:], difference[:, :-1])
+    return PairCheck(
+        displacement=float(np.hypot(*shift)),
+        displacement_share=displacement_share,
+        patch_share=_patch_share(difference, energy),
+        neighbour_correlation=0.5 * (horizontal + vertical) / energy,
+    )
+
+
+def channel_correlation(
+    first: Sequence[Levels], second: Sequence[Levels], mask: Bools | None = None
+) -> float:
+    """Correlation of the noise between channels: the largest of all pairs, without its sign.
+
+    Of the difference of the frames between one pixel and the next, so that a change of
+    brightness or a large thing that moved has little part in it.
+
+    Parameters
+    ----------
+    first, second : sequence of ndarray of uint8 or uint16, shape (M, N)
+        The channels of either frame.
+    mask : ndarray of bool, shape (M, N), optional
+        Pixels outside it count as unchanged.
+
+    Returns
+    -------
+    float
+        0 … 1; 0 of a single channel.
+    """
+    noise = []
+    for one, other in zip(first, second, strict=True):
+        difference = _bands(other) - _bands(one)
+        if mask is not None:
+            difference *= _bands(mask)
+        noise.append(np.diff(difference, axis=2))
+    largest = 0.0
+    for a, b in combinations(noise, 2):
+        size = np.sqrt(_dot(a, a) * _dot(b, b))
+        if size > 0:
+            largest = max(largest, abs(_dot(a, b)) / float(size))
+    return largest
+
+
+def empty_share(table: Cooccurrence) -> float:
+    """Share of levels never used, of those that should be as their neighbours are.
+
+    A picture stretched by a factor s, or of fewer bits than its file, leaves 1 − 1/s of its
+    levels empty, like a comb. A level counts if the 16 on either side average 10 pixels:
+    between two patches of a chart levels are empty for another reason.
+    """
+    histogram = table.histogram
+    sums = np.concatenate([[0], np.cumsum(histogram)])
+    level = np.arange(table.n_levels)
+    below = sums[level] - sums[np.maximum(level - _COMB, 0)]
+    above = sums[np.minimum(level + _COMB + 1, table.n_levels)] - sums[level + 1]
+    counted = np.minimum(below, above) >= _COMB * _EXPECTED
+    n_empty = int(np.count_nonzero(counted & (histogram == 0)))
+    return n_empty / max(1, int(np.count_nonzero(counted)))
+
+
+def resemblance(table: Cooccurrence) -> float:
+    """Correlation of the levels that the pixels of one frame and of the next have.
+
+    Frames of one still scene have the scene's share of the variance, and different scenes 0, more
+    or less. Where the levels cover too little, as those of a dark frame do, it is 1: noise is all
+    that there is to see.
+    """
+    low, high = covered_levels(table)
+    if high - low < LEAST_COVERAGE * (table.n_levels - 1):
+        return 1.0
+    level = np.arange(table.n_levels)
+    n_pixels = float(table.n_pairs)
+    earlier, later = table.counts.sum(axis=1), table.counts.sum(axis=0)
+    means = earlier @ level / n_pixels, later @ level / n_pixels
+    products = float(level @ (table.counts @ level)) / n_pixels - means[0] * means[1]
+    variances = [
+        float(each @ (level - mean) ** 2) / n_pixels
+        for each, mean in zip((earlier, later), means, strict=True)
+    ]
+    return float(products / max(np.sqrt(variances[0] * variances[1]), 1e-9))
+
+
+def _bands(frame: Levels | npt.NDArray[np.bool_]) -> Floats32:
+    """Bands of 32 rows, evenly spread, of at most half a million pixels: shape (B, 32, N).
+
+    Enough for every measure here, and reading a large frame is not slowed by checking it.
+    """
+    rows, columns = frame.shape
+    height = min(_BAND, rows)
+    n_bands = rows // height
+    wanted = max(1, min(n_bands, _ENOUGH // (height * columns)))
+    chosen = np.linspace(0, n_bands - 1, wanted).round().astype(int)
+    bands = frame[: n_bands * height].reshape(n_bands, height, columns)[chosen]
+    return np.asarray(bands, dtype=np.float32)
+
+
+def _dot(a: Floats32, b: Floats32) -> float:
+    return float(np.einsum("bmn,bmn->", a, b))  # of slices too, without a copy
+
+
+def _patch_share(difference: Floats32, energy: float) -> float:
+    bands, rows, columns = difference.shape
+    down, across = rows // _BLOCK, columns // _BLOCK
+    trimmed = difference[:, : down * _BLOCK, : across * _BLOCK]
+    blocks = trimmed.reshape(bands, down, _BLOCK, across, _BLOCK).sum(axis=(2, 4))
+    share = _dot(blocks, blocks) / _BLOCK**2 / energy
+    # White noise leaves 1/256 of its energy in the means of 16 × 16 pixels: not a patch.
+    return max(0.0, (_BLOCK**2 * share - 1.0) / (_BLOCK**2 - 1.0))
+
+
+def covered_levels(table: Cooccurrence) -> tuple[int, int]:
+    """Lowest and highest level of the scene, leaving out the rarest 0.1 % at either end."""
+    cumulative = np.cumsum(table.histogram) / max(1, 2 * table.n_pairs)
+    low = int(np.searchsorted(cumulative, _RARE))
+    high = int(np.searchsorted(cumulative, 1.0 - _RARE))
+    return low, min(high, table.n_levels - 1)
+
+
+def screen(
+    tables: Mapping[str, Cooccurrence], checks: Sequence[PairCheck], *, covering: bool = True
+) -> Mapping[str, tuple[Flag, ...]]:
+    """Refuse frames from which nothing can be learned; say what is doubtful about the rest.
+
+    Parameters
+    ----------
+    tables : mapping from channel names to Cooccurrence
+    checks : sequence of PairCheck
+        One per pair of consecutive frames, in their order.
+    covering : bool
+        Whether the levels must cover enough of the range.
+
+    Returns
+    -------
+    mapping from channel names to tuples of Flag
+
+    Raises
+    ------
+    UnfitFramesError
+        With one sentence that says why and what to do.
+    """
+    for number, check in enumerate(checks, start=1):
+        if not check.one_scene:
+            _refuse(number, check)
+    own = {name: _screen_table(name, table, covering) for name, table in tables.items()}
+    common = _screen_frames(checks)
+    return {
+        name: tuple(flag for flag in Flag if flag in common.union(flags))
+        for name, flags in own.items()
+    }
+
+
+def _screen_frames(checks: Sequence[PairCheck]) -> set[Flag]:
+    doubts: set[Flag] = set()
+    for number, check in enumerate(checks, start=1):
+        _refuse(number, check)
+        doubts |= doubts_about(check)
+    return doubts
+
+
+def _refuse(number: int, check: PairCheck) -> None:
+    """Refuse the frame of a number and the next if nothing can be learned from them."""
+    reason = unfit(check)
+    if reason is not None:
+        msg = f"frames {number} and {number + 1}{reason}"
+        raise UnfitFramesError(msg)
+
+
+def unfit(check: PairCheck) -> str | None:  # noqa: PLR0911 - a reason each
+    """Why nothing can be learned from two frames, as the end of a sentence; None if it can."""
+    if not check.one_scene:
+        return (
+            " do not show the same scene: give frames of one still scene, taken with one exposure"
+        )
+    moved = check.displacement > _MOVED and check.displacement_share > SUSPICIOUS
+    if moved or check.displacement_share > GROSS:
+        return (
+            f" are displaced by about {check.displacement:.1f} pixels: the camera or "
+            "the scene moved; use a tripod and a self-timer"
+        )
+    if check.drift > LARGE and check.drift_share > GROSS:
+        return (
+            f": the brightness changed ({check.drift:.0%} of the levels), or they show different "
+            "scenes: fix exposure and white balance by hand and use steady light; of a bracket, "
+            "give --times, or --times unknown"
+        )
+    if check.outliers > MOST_MOVERS:
+        return (
+            f": {check.outliers:.0%} of the pixels changed far more than noise "
+            "explains: something moved; photograph a still scene"
+        )
+    if check.patch_share > GROSS:
+        return (
+            f" differ in large patches ({check.patch_share:.0%} of their difference): "
+            "something moved or the light changed; photograph a still scene in steady light"
+        )
+    if check.resemblance < LEAST_RESEMBLANCE:
+        return (
+            f" have hardly anything in common (correlation {max(check.resemblance, 0):.2f}): they "
+            "show different scenes, or noise hides the scene; photograph one still scene in more "
+            "light"
+        )
+    return None
+
+
+def doubts_about(check: PairCheck) -> set[Flag]:
+    """Flags of two frames that are fit."""
+    doubts = (
+        (Flag.MOTION, check.displacement_share, SUSPICIOUS),
+        (Flag.STRUCTURED_DIFFERENCE, check.patch_share, SUSPICIOUS),
+        (Flag.CORRELATED_NOISE, check.neighbour_correlation, CORRELATED),
+        (Flag.CORRELATED_CHANNELS, check.channel_correlation, CORRELATED),
+        (Flag.BRIGHTNESS_DRIFT, check.drift_share, DRIFTING),
+        (Flag.MOVERS, check.outliers, SOME_MOVERS),
+    )
+    return {flag for flag, measured, limit in doubts if measured > limit}
+
+
+def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:  # noqa: FBT001
+    counts, top = table.counts, table.n_levels - 1
+    if table.n_pairs == 0:
+        msg = "the mask leaves no pixels to compare"
+        raise UnfitFramesError(msg)
+    per_level = table.n_pairs / np.count_nonzero(table.histogram)
+    black, white = (float(table.histogram[end]) / (2 * table.n_pairs) for end in (0, top))
+    if black + white > MOST_CLIPPED:
+        which = "black" if black > white else "saturated"
+        msg = (
+            f"channel {name}: {black + white:.0%} of the pixels are clipped, most of them "
+            f"{which}: change the exposure so that the scene fills the range"
+        )
+        raise UnfitFramesError(msg)
+    if np.trace(counts) == table.n_pairs:
+        msg = (
+            f"channel {name}: the frames are identical, so there is no noise to read: give "
+            "different shots of the scene, not one picture twice"
+        )
+        raise UnfitFramesError(msg)
+    if per_level < LEAST_PAIRS:
+        msg = (
+            f"channel {name}: {table.n_pairs} pairs of pixels are too few for "
+            f"{np.count_nonzero(table.histogram)} levels: give larger frames"
+        )
+        raise UnfitFramesError(msg)
+    low, high = covered_levels(table)
+    coverage = (high - low) / top
+    if covering and coverage < LEAST_COVERAGE:
+        msg = (
+            f"channel {name}: levels {low} to {high} of 0 to {top} cover {coverage:.0%} of the "
+            f"range, too little to tell a curve (least {LEAST_COVERAGE:.0%}): photograph a "
+            "scene with both dark and bright parts"
+        )
+        raise UnfitFramesError(msg)
+    still = without_outliers(table).table
+    empty = empty_share(table)
+    drift = drift_share(still)
+    if drift > GROSS:
+        msg = (
+            f"channel {name}: the brightness changed between frames ({drift:.0%} of their "
+            "difference), or they show different scenes: fix exposure and white balance by hand "
+            "and use steady light; of a bracket, give --times, or --times unknown"
+        )
+        raise UnfitFramesError(msg)
+    doubts = (
+        (Flag.BRIGHTNESS_DRIFT, drift > DRIFTING),
+        (Flag.LEVELS_UNSEEN, coverage < GOOD_COVERAGE),
+        (Flag.CLIPPED, black + white > MANY_CLIPPED),
+        (Flag.FEW_PIXELS, per_level < FEW_PAIRS),
+        (Flag.EMPTY_LEVELS, empty > EMPTY),
+        (Flag.LOW_NOISE, _noise_in_levels(still) * (1 - empty) < LEAST_NOISE),
+    )
+    return [flag for flag, holds in doubts if holds]
+
+
+def _noise_in_levels(table: Cooccurrence) -> float:
+    """Root mean square of the noise of one frame, in levels, rounding included."""
+    level = np.arange(table.n_levels)
+    squared = (level[:, np.newaxis] - level) ** 2
+    return float(np.sqrt((table.counts * squared).sum() / table.n_pairs / 2))

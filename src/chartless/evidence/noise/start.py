@@ -1,0 +1,163 @@
+"""The curve from the noise level alone: generalised least squares, in milliseconds.
+
+The deviation of the noise seen at brightness O is σ_O = σ(I)/g′(O), so ln g′ is
+½ ln(uI + v) − ln σ_O: linear in the log slopes w of g, up to ½ ln(1 + rI), for which a few rounds
+suffice. The ratio r = u/v stays what it is taken for: the noise level alone is explained as well
+at every ratio.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from chartless.curves.prior import CurvePrior, bin_edges, irradiance_at_edges
+from chartless.evidence.noise.cooccurrence import difference_moments
+from chartless.evidence.noise.likelihood import PairCounts, PairModel, Scene, with_scene
+from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, AffineNoise
+from chartless.types import Floats, Indices
+
+_ROUNDS = 4
+_FEWEST = 50  # pairs at a level
+_CLIPPED = 1.0  # levels within so many deviations of the ends are cut
+_LEAST_VARIANCE = 0.02  # levels²; rounding alone gives 1/12
+_MISFIT = 0.15  # deviation of ln σ from the model beyond chance
+_ROUNDING = 0.15  # the same, in levels, by what is left of rounding
+_FLOOR_SPREAD = 2.0  # prior deviation of ½ ln v
+_FURTHEST = 3.0  # of ½ ln v from its prior
+_SCENE_STEPS = 3  # of expectation maximisation
+_MANY = 1e6  # pairs that a model's table stands for
+
+
+class NoiseLevelFit(NamedTuple):
+    """Curve and noise that explain a noise level function."""
+
+    log_slopes: Floats
+    """Most probable, shape (L,)."""
+    log_floor: float
+    """ln v."""
+    prior: CurvePrior
+    used: Indices
+    """Levels whose noise was used, shape (U,)."""
+    gain: tuple[Floats, bool]
+    """Cholesky factor of the covariance of what was seen at these levels, and "lower"."""
+
+    @property
+    def edges(self) -> Floats:
+        """Irradiance between the levels, shape (L − 1,)."""
+        return irradiance_at_edges(self.log_slopes)[1:-1]
+
+    def noise(self, ratio: float) -> AffineNoise:
+        """Noise with u = r v."""
+        floor = float(np.exp(self.log_floor))
+        return AffineNoise(ratio * floor, floor)
+
+    @property
+    def covariance(self) -> Floats:
+        """Of the log slopes, shape (L, L)."""
+        known = self.prior.covariance[:, self.used]
+        return np.asarray(self.prior.covariance - known @ cho_solve(self.gain, known.T))
+
+
+def noise_levels(pairs: Floats) -> tuple[Floats, Floats]:
+    """Noise variance in levels² about each level, rounding taken off, and pairs it is from.
+
+    Parameters
+    ----------
+    pairs : ndarray, shape (L, L)
+        Symmetric counts of level pairs.
+
+    Returns
+    -------
+    (ndarray, ndarray) of shapes (L,)
+    """
+    by_sum, _, squares = difference_moments(pairs)
+    # Symmetric counts hold each pair twice. Odd sums lie halfway between two levels: half of them
+    # for each.
+    counts, moments = (
+        each[::2] + 0.5 * (np.append(each[1::2], 0) + np.append(0, each[1::2]))
+        for each in (by_sum / 2, squares / 2)
+    )
+    return moments / np.maximum(counts, 1) / 2 - 1 / 12, counts
+
+
+def fit_noise_levels(
+    seen: tuple[Floats, Floats],
+    prior: CurvePrior,
+    ratio: float,
+    *,
+    seen_share: Floats | float = 1.0,
+) -> NoiseLevelFit:
+    """Curve and floor at a ratio r of the noise parameters.
+
+    Parameters
+    ----------
+    seen : (ndarray, ndarray) of shapes (L,)
+        Variance and number of pairs about each level, by `noise_levels`.
+    prior : CurvePrior
+    ratio : float
+        r = u/v.
+    seen_share : ndarray of shape (L,) or float
+        What `noise_levels` sees of the variance at each level: the histogram of the scene and the
+        bend of the curve make it more or less than all.
+
+    Returns
+    -------
+    NoiseLevelFit
+    """
+    n_levels = prior.n_levels
+    log_floor = float(np.log(AffineNoise.from_8bit(*TYPICAL_8BIT).floor))
+    variance, counts = seen
+    deviation = np.sqrt(np.maximum(variance / seen_share, _LEAST_VARIANCE))
+    level = np.arange(n_levels)
+    inside = (level - _CLIPPED * deviation >= _CLIPPED) & (
+        level + _CLIPPED * deviation <= n_levels - 1 - _CLIPPED
+    )
+    (used,) = np.nonzero((counts > _FEWEST) & inside)
+    observed = -np.log(deviation[used] / (n_levels - 1))
+    uncertain = _MISFIT**2 + 1 / counts[used] + (_ROUNDING / np.maximum(deviation[used], 0.1)) ** 2
+    # y = w − ½ ln v + ½ ln(1 + rI) + error: condition the Gaussian process on y.
+    covariance = prior.covariance[np.ix_(used, used)] + _FLOOR_SPREAD**2
+    covariance[np.diag_indices_from(covariance)] += uncertain
+    gain = cho_factor(covariance, lower=True)
+    slopes = prior.mean
+    half_floor = 0.5 * log_floor
+    for _ in range(_ROUNDS):
+        edges = irradiance_at_edges(slopes)
+        middle = 0.5 * (edges[1:] + edges[:-1])[used]
+        expected = prior.mean[used] - 0.5 * log_floor
+        away = cho_solve(gain, observed + 0.5 * np.log1p(ratio * middle) - expected)
+        slopes = prior.mean + prior.covariance[:, used] @ away
+        half_floor = 0.5 * log_floor - _FLOOR_SPREAD**2 * float(away.sum())
+    # Slopes that do not add up to one stand for another floor.
+    scale = float(np.log(np.diff(bin_edges(n_levels)) @ np.exp(slopes)))
+    half_floor = np.clip(
+        half_floor - scale, 0.5 * log_floor - _FURTHEST, 0.5 * log_floor + _FURTHEST
+    )
+    return NoiseLevelFit(slopes - scale, 2 * float(half_floor), prior, used, gain)
+
+
+def noise_level_start(
+    counts: PairCounts, prior: CurvePrior, ratio: float = TYPICAL_RATIO
+) -> tuple[NoiseLevelFit, Scene]:
+    """Curve and floor at a ratio, and the scene that goes with them.
+
+    The noise level is fitted twice: the first fit tells what the differences of pairs show of
+    the variance, given the histogram of the scene; the second allows for it.
+    """
+    seen = noise_levels(counts.pairs)
+    first = fit_noise_levels(seen, prior, ratio)
+    model = with_scene(first.edges, first.noise(ratio), counts, _SCENE_STEPS)
+    fit = fit_noise_levels(seen, prior, ratio, seen_share=_seen_share(model))
+    log_weights = model.scene.log_weights
+    return fit, Scene(model.scene.nodes, log_weights - log_weights.mean())
+
+
+def _seen_share(model: PairModel) -> Floats:
+    """What `noise_levels` sees of the noise variance that a model has at each level, shape (L,)."""
+    edges = np.concatenate([[0.0], model.edges, [1.0]])
+    n_levels = edges.size - 1
+    seen, _ = noise_levels(2 * _MANY * model.pairs)
+    slope = np.diff(edges) / np.diff(bin_edges(n_levels))
+    deviation = model.noise.std(0.5 * (edges[1:] + edges[:-1])) / slope * (n_levels - 1)
+    return np.asarray(np.maximum(seen, _LEAST_VARIANCE) / deviation**2)

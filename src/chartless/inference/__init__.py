@@ -1,0 +1,1 @@
+"""The posterior of curve and noise, given terms of evidence."""

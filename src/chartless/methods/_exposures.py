@@ -1,0 +1,49 @@
+"""What methods that read exposures alone have in common: a table of g becomes a response."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.curves import SampledCurve
+from chartless.evidence.bracket.likelihood import ExposureCounts
+from chartless.flags import Flag
+from chartless.methods._base import AbstractCalibrator, ChannelEvidence, ChannelProgress
+from chartless.result.response import Response, Status
+from chartless.types import Floats
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbstractExposureCalibrator(AbstractCalibrator):
+    """A method of the literature: no noise, no error bars."""
+
+    takes: ClassVar[frozenset[str]] = frozenset({"exposures"})
+
+    @abstractmethod
+    def inverse_lut(self, counts: ExposureCounts) -> tuple[Floats, bool]:
+        """Irradiance at the levels up to a factor, shape (L,), and whether the search ended."""
+
+    @override
+    def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
+        counts = evidence.exposures
+        lut, settled = self.inverse_lut(counts)
+        # Black and white are 0 and 1; between them such curves may turn back, cameras do not.
+        lut = np.concatenate([[0.0], lut[1:-1], [lut[1:].max()]])
+        rising = np.maximum.accumulate(np.maximum(lut, 0.0))
+        response = Response(
+            name=evidence.channel,
+            curve=SampledCurve.from_inverse(rising / rising[-1]),
+            noise=None,
+            n_levels=counts.n_levels,
+            observed_levels=counts.observed_levels,
+            n_pairs=counts.n_pixels,
+            method=self.method,
+            status=Status.CONVERGED if settled else Status.LIMIT_REACHED,
+        )
+        doubts = (
+            (Flag.NOT_MONOTONE, bool(np.any(np.diff(lut[1:]) < 0))),
+            (Flag.SEARCH_UNFINISHED, not settled),
+        )
+        return response.with_flags(*(flag for flag, holds in doubts if holds))

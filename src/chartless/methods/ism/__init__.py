@@ -1,0 +1,1 @@
+"""Image similarity maximisation: the methods of Takamatsu & Matsushita (2008)."""

@@ -1,0 +1,89 @@
+"""The noise level function alone, by generalised least squares: milliseconds, for live use."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.curves import SampledCurve
+from chartless.curves.prior import CurvePrior, measured_prior
+from chartless.curves.space import FreeCurve, free_curve
+from chartless.evidence.noise.likelihood import PairCounts, PairModel
+from chartless.evidence.noise.misfit import is_gaussian
+from chartless.evidence.noise.outliers import SOME_MOVERS, without_outliers
+from chartless.evidence.noise.stabilised import warped
+from chartless.evidence.noise.start import noise_level_start
+from chartless.flags import Flag
+from chartless.inference.posterior import at_levels, deviations_at_levels
+from chartless.methods._base import (
+    CALIBRATORS,
+    AbstractCalibrator,
+    ChannelEvidence,
+    ChannelProgress,
+)
+from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD
+from chartless.result.response import Response, Status
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseLevelSearch(AbstractCalibrator):
+    """Curve from the noise level at a typical ratio u/v of the noise parameters.
+
+    The error bars allow for the ratio, which the noise level does not tell. Noise that is not
+    Gaussian is flagged as a misfit.
+
+    Parameters
+    ----------
+    prior : CurvePrior, optional
+        Of the log slopes, instead of `chartless.curves.prior.measured_prior`: for experiments
+        that leave cameras out.
+    """
+
+    prior: CurvePrior | None = None
+
+    @property
+    @override
+    def method(self) -> str:
+        return "nlf"
+
+    @override
+    def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
+        table = evidence.table
+        prior = self.prior or measured_prior(table.n_levels)
+        still, outliers = without_outliers(table)
+        counts = PairCounts.of(still)
+        fit, scene = noise_level_start(counts, prior)
+        model = PairModel(fit.edges, fit.noise(TYPICAL_RATIO), scene)
+        inverse = at_levels(fit.edges)
+        space = free_curve(table.n_levels) if self.prior is None else FreeCurve(prior)
+        spread = np.sqrt(2) * TYPICAL_SPREAD  # of ln r
+        low, high = (
+            at_levels(warped(fit.edges, TYPICAL_RATIO, TYPICAL_RATIO * float(np.exp(step))))
+            for step in (-spread, spread)
+        )
+        within = deviations_at_levels(space.pull(fit.log_slopes), fit.covariance, table.n_levels)
+        if progress is not None:
+            progress(1.0)
+        response = Response(
+            name=evidence.channel,
+            curve=SampledCurve.from_inverse(inverse),
+            noise=fit.noise(TYPICAL_RATIO),
+            n_levels=table.n_levels,
+            observed_levels=table.observed_levels,
+            n_pairs=table.n_pairs,
+            method=self.method,
+            status=Status.CONVERGED,
+            inverse_lut_std=np.hypot(within, 0.5 * (high - low)),
+            outliers=outliers,
+            table=still,
+        )
+        doubts = (
+            (Flag.MOVERS, outliers > SOME_MOVERS),
+            (Flag.MISFIT, not is_gaussian(counts.pairs, model.pairs * counts.pairs.sum())),
+        )
+        return response.with_flags(*(flag for flag, holds in doubts if holds))
+
+
+CALIBRATORS.register("nlf", NoiseLevelSearch)

@@ -1,0 +1,1 @@
+"""What a calibration found, how far to trust it, where it is from, and its file."""

@@ -1,0 +1,202 @@
+"""How far to trust a calibration, in one word and the reasons for it.
+
+The rule is here and nowhere else, so that reports, notebooks and programs say the same. Its limits
+were measured on simulated cameras with planted faults (docs/design/0008-report.md).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from chartless.flags import Flag
+from chartless.result.response import Response
+from chartless.types import Floats, JsonObject
+
+GOOD_BAND = 0.02
+"""Deviation of the inverse response up to which a curve is good: nine of ten pairs of frames
+without faults come closer (docs/how-sure.md)."""
+GOOD_WHITE = 0.02
+"""Relative deviation of the light at white up to which a curve is good in scale as well."""
+WORST_BAND = 0.045
+"""Deviation above which a curve is worth nothing: real cameras taken for sRGB are off by as much
+(docs/brackets.md)."""
+WORST_DEVIANCE = 2.0
+"""Misfit, in multiples of chance, up to which the band held in simulated cameras."""
+WORST_EXPOSURE_MISFIT = 0.05
+"""Of the light of two exposures from their ratio, up to which a bracket is good. Of nine measured
+cameras the four that are good are off by 0.0054 at most, the others by up to 0.0147
+(docs/brackets.md)."""
+GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.NOT_MONOTONE})
+"""Flags with which the band does not hold: MISFIT above `WORST_DEVIANCE` or where that is unknown,
+and the others always."""
+
+_NO_ERROR = "No error is known for this curve."
+_MOST_CHIEF = 2
+
+
+class Grade(Enum):
+    """How far to trust a calibration; the value is what people are shown."""
+
+    GOOD = "good"
+    CARE = "usable with care"
+    DISTRUST = "do not trust"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """A grade and why."""
+
+    grade: Grade
+    reasons: tuple[str, ...]
+    """Sentences."""
+    chief: tuple[str, ...]
+    """Those of them that decided the grade."""
+
+    def __str__(self) -> str:
+        return f"{self.grade.value}: {' '.join(self.reasons)}"
+
+    @property
+    def brief(self) -> str:
+        """Grade and chief reasons, in one line."""
+        return f"{self.grade.value}: {' '.join(self.chief[:_MOST_CHIEF])}"
+
+    def to_json(self) -> JsonObject:
+        """Grade and reasons as JSON types."""
+        return {"grade": self.grade.value, "reasons": list(self.reasons)}
+
+
+def deviation(std: Floats) -> float:
+    """Root mean square of the deviations of g at the levels."""
+    return float(np.sqrt(np.mean(std**2)))
+
+
+def band(channels: Sequence[Response]) -> float | None:
+    """Deviation of the channel that is known worst; None if none is known.
+
+    That of the shape where it is known apart from the light at white.
+    """
+    stds = [
+        response.inverse_lut_std if response.shape_std is None else response.shape_std
+        for response in channels
+    ]
+    return max((deviation(std) for std in stds if std is not None), default=None)
+
+
+def verdict(channels: Sequence[Response]) -> Verdict:
+    """Judge the channels of a camera by the worst of them.
+
+    Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
+    with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, of which the
+    light at white is known to more than `GOOD_WHITE`, that leaves
+    more than `WORST_EXPOSURE_MISFIT` between exposures, in the channel that
+    `typical_of_exposures` chooses, or of which no error or no goodness of fit is known. Others are
+    good.
+
+    Parameters
+    ----------
+    channels : sequence of Response
+        At least one.
+
+    Examples
+    --------
+    >>> from chartless import Response, named_curve
+    >>> from chartless.result.response import Status
+    >>> bare = Response(
+    ...     name="Y", curve=named_curve("srgb"), noise=None, n_levels=256,
+    ...     observed_levels=(0, 255), n_pairs=1, method="debevec", status=Status.CONVERGED,
+    ... )
+    >>> print(verdict([bare]))
+    usable with care: No error is known for this curve.
+    """
+    grave = {flag for response in channels for flag in _grave(response)}
+    other = {flag for response in channels for flag in response.flags} - grave
+    known = band(channels)
+    widest = known or 0.0
+    white = max((each.white_std for each in channels if each.white_std is not None), default=None)
+    what = "curve" if white is None else "shape of the curve"
+    how_sure = f"The {what} is known to ± {widest:.3f} of the light at white"
+    bad, doubtful, fine = [], [], []
+    if grave:
+        bad.append(f"A curve and its noise do not explain the pictures: {_listed(grave)}.")
+    if widest > WORST_BAND:
+        bad.append(f"{how_sure}, no better than guessing.")
+    elif grave and known is not None:
+        bad.append(f"The error may be several times the given ± {widest:.3f}.")
+    elif widest > GOOD_BAND:
+        doubtful.append(f"{how_sure}; good frames give ± {GOOD_BAND:g} or less.")
+    elif known is not None:
+        fine.append(f"{how_sure}.")
+    doubtful += _of_white(white)
+    if any(response.inverse_lut_std is None for response in channels):
+        doubtful.append(_NO_ERROR)
+    if any(_is_untested(response) for response in channels):
+        doubtful.append("Whether curve and noise explain the pictures was not tested.")
+    typical = typical_of_exposures(channels)
+    apart = None if typical is None else typical.exposure_misfit
+    if typical is not None and apart is not None and apart > WORST_EXPOSURE_MISFIT:
+        doubtful.append(
+            f"The light of two exposures is {apart:.1%} from their ratio in the median (channel "
+            f"{typical.name}), of good brackets {WORST_EXPOSURE_MISFIT:.0%} or less: the camera "
+            "may have set white balance or tone anew."
+        )
+    if other:
+        doubtful.append(f"Doubtful: {_listed(other)}.")
+    grade = Grade.DISTRUST if bad else Grade.CARE if doubtful else Grade.GOOD
+    return Verdict(grade, (*bad, *fine, *doubtful), tuple(bad or doubtful or fine))
+
+
+def known_verdict(channels: Sequence[Response]) -> Verdict | None:
+    """Verdict for those who use a calibration; None where there is nothing to say.
+
+    The files of other programs hold no error, so "usable with care" is true of every curve in them
+    and would only teach people not to read the line. A fault of such a curve, for example that it
+    falls somewhere, is said all the same.
+    """
+    judged = verdict(channels)
+    return None if is_foreign(channels) and judged.chief == (_NO_ERROR,) else judged
+
+
+def is_foreign(channels: Sequence[Response]) -> bool:
+    """Whether another program found the curves: of no picture chartless saw a pixel."""
+    return not any(response.n_pairs for response in channels)
+
+
+def typical_of_exposures(channels: Sequence[Response]) -> Response | None:
+    """Channel by whose `Response.exposure_misfit` a bracket is judged; None if none is known.
+
+    The middle one by that misfit, of two the worse: fewer levels of one channel may be seen, and be
+    noisier.
+    """
+    known = [each for each in channels if each.exposure_misfit is not None]
+    ranked = sorted(known, key=lambda each: each.exposure_misfit or 0.0)
+    return ranked[len(ranked) // 2] if ranked else None
+
+
+def _of_white(std: float | None) -> list[str]:
+    """What an uncertain white means, if it is one."""
+    if std is None or std <= GOOD_WHITE:
+        return []
+    sentence = (
+        f"The light at white, and with it one factor for all levels of a channel, is known to "
+        f"± {std:.0%}: compare light with light, and balance the channels anew."
+    )
+    return [sentence]
+
+
+def _grave(response: Response) -> set[Flag]:
+    slight = response.deviance is not None and response.deviance <= WORST_DEVIANCE
+    return {
+        flag for flag in response.flags if flag in GRAVE and not (slight and flag is Flag.MISFIT)
+    }
+
+
+def _is_untested(response: Response) -> bool:
+    """Whether level pairs were fitted by a method that tells no goodness of fit."""
+    unknown = response.deviance is None and response.similarity is None
+    return response.table is not None and unknown and Flag.MISFIT not in response.flags
+
+
+def _listed(flags: set[Flag]) -> str:
+    return ", ".join(flag.code.replace("-", " ") for flag in Flag if flag in flags)
