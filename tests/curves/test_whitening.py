@@ -7,7 +7,7 @@ import pytest
 from chartless.curves.whitening import _file, whitening
 from chartless.models import MODELS, Eegc
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "fit_whitening.py"
+SCRIPT = Path(__file__).parents[2] / "scripts" / "fit_whitening.py"
 FAMILIES = _file()["families"]
 
 
