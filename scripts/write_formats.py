@@ -2,7 +2,7 @@
 
     python scripts/write_formats.py
 
-The table and the paragraphs say what the classes in src/chartless/luts say of themselves.
+The table and the paragraphs say what the classes in src/chartless/formats say of themselves.
 """
 
 import inspect

@@ -143,7 +143,7 @@ def test_usage_errors_come_as_json_too(refusal: Refusal) -> None:
 def test_an_interruption_is_one_line_and_leaves_nothing(
     chartless: Chartless, shoot: Shoot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from chartless.methods import similarity_search
+    from chartless.methods.ism import search as similarity_search
 
     search, calls = similarity_search.nelder_mead, 0
 
