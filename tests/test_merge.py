@@ -610,8 +610,8 @@ def test_progress_counts_frames_of_all_sweeps() -> None:
             "bloom_radius must be a whole number between 0 and 0 pixels, .* not -1",
         ),
         (2, (1, 2), {"sweeps": 3}, "one or two sweeps, not 3"),
-        (2, (1, 2), {"white": 0}, "white must be a level between 1 and 255, not 0"),
-        (2, (1, 2), {"white": 256}, "white must be a level between 1 and 255, not 256"),
+        (2, (1, 2), {"white": 1}, "white must be a level between 128 and 255, not 1"),
+        (2, (1, 2), {"white": 256}, "white must be a level between 128 and 255, not 256"),
     ],
 )
 def test_settings_without_a_meaning_are_refused(

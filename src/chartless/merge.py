@@ -278,8 +278,8 @@ class _Tables:
 
 def _tables(calibration: Calibration, frame: Frame, white: int | None) -> _Tables:
     n_levels, n_channels = frame.white + 1, frame.levels.shape[2]
-    if white is not None and not 0 < white < n_levels:
-        msg = f"white must be a level between 1 and {n_levels - 1}, not {white}"
+    if white is not None and not n_levels // 2 <= white < n_levels:
+        msg = f"white must be a level between {n_levels // 2} and {n_levels - 1}, not {white}"
         raise ParameterError(msg)
     responses = calibration.channels
     if len(responses) not in (1, n_channels):
