@@ -361,6 +361,17 @@ def test_an_unknown_format_in_a_folder(
     assert not (tmp_path / "new").exists()
 
 
+def test_a_format_beside_the_name_of_a_file_is_refused(
+    picture: Path, colour_camera: Path, refusal: Refusal, tmp_path: Path
+) -> None:
+    output = tmp_path / "linear.exr"
+
+    line = refusal("linearize", colour_camera, picture, "-o", output, "--format", "tif")
+
+    assert line == f"--format is that of files in a folder; that of {output} follows from its name"
+    assert not output.exists()
+
+
 def test_a_picture_that_cannot_be_read_leaves_an_older_result_alone(
     colour_camera: Path, refusal: Refusal, tmp_path: Path
 ) -> None:

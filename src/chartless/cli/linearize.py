@@ -43,8 +43,13 @@ def linearize(
         ),
     ],
     suffix: Annotated[
-        str, typer.Option("--format", help="Format of files in a folder: exr, tif or png.")
-    ] = "exr",
+        str | None,
+        typer.Option(
+            "--format",
+            help="Format of files in a folder: exr, tif or png [exr].",
+            show_default=False,
+        ),
+    ] = None,
     inverse: Annotated[
         bool, typer.Option("--inverse", help="Apply the response to linear pictures instead.")
     ] = False,
@@ -70,7 +75,10 @@ def linearize(
     loaded = load_calibration(calibration)
     _require_recorded(images, inverse)
     is_folder = output.is_dir() or not (output.suffix or output.exists())
-    targets = _targets(images, output, suffix.lstrip("."), is_folder)
+    if suffix is not None and not is_folder:
+        msg = f"--format is that of files in a folder; that of {output} follows from its name"
+        raise ParameterError(msg)
+    targets = _targets(images, output, (suffix or "exr").lstrip("."), is_folder)
     if is_folder:
         make_folder(output)
     remarks: dict[str, None] = {}
