@@ -399,7 +399,8 @@ def test_ctrl_c_on_a_terminal_saves_and_leaves_it_in_order(record: Record, tmp_p
 
     assert stopped
     assert status == 3
-    assert "stopped by Ctrl-C: not good enough yet" in " ".join(terminal.seen[-1].split())
+    # How many frames came before, and so why it is not enough, is a matter of speed.
+    assert "stopped by Ctrl-C: not good enough" in " ".join(terminal.seen[-1].split())
     assert f"written to {camera}" in out
     (source,) = load(camera).provenance["inputs"]
     assert 2 <= source["frames"][1] < 1500
