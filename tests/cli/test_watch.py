@@ -327,6 +327,8 @@ class Terminal:
             text=True,
             env=kept | {"TERM": "xterm-256color"} | environment,
             start_new_session=True,
+            # Background jobs of a shell ignore Ctrl-C, and so would what they start.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
         )
         os.close(theirs)
 
