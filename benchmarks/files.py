@@ -350,10 +350,7 @@ def row(results: Sequence[JsonObject]) -> JsonObject:
     good = [result for result in results if result["verdict"] == "good"]
     wrong = sum(max(each["light"] for each in result["channels"]) > WRONG for result in good)
     return {
-        **{
-            name: middle(name)
-            for name in ("shape", "light", "white", "white_band", "band", "cover")
-        },
+        **{name: middle(name) for name in MEDIANS},
         "cover shape": middle("cover_shape"),
         "mean cover": float(np.mean([each["cover"] for each in channels] or [float("nan")])),
         "worst shape": max((each["shape"] for each in channels), default=float("nan")),

@@ -382,6 +382,15 @@ def _weighted(mode: Mode, share: float) -> float:
     return share * (mode.log_evidence - mode.known) + mode.known
 
 
+class ScaleSpread(NamedTuple):
+    """How the deviation of g divides into that of its scale and that of its shape."""
+
+    log_scale: float
+    """Deviation of ln of the factor that brings a curve closest to the mean."""
+    shape: Floats
+    """Deviation of g at the levels when each curve is brought closest, shape (L,)."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Posterior:
     """What counts tell, the ratio of the noise parameters integrated out."""
@@ -403,6 +412,8 @@ class Posterior:
     """How much of the posterior each mode stands for, of sum 1."""
     best_variance: Floats
     """Variance of g at the levels if the ratio is that of the best mode, shape (L,)."""
+    spread: ScaleSpread | None
+    """Of curves drawn from it; None if none were."""
 
 
 def integrated(
@@ -424,7 +435,8 @@ def integrated(
     others : sequence of lists of Mode, optional
         Of other channels with the same ratio of the noise parameters: their pairs tell it too.
     skewed : bool
-        Whether mean and deviation of a single mode are those of draws, see `drawn_curves`.
+        Whether curves are drawn, see `drawn_curves`: they tell scale from shape and, if there is a
+        single mode, mean and deviation.
     """
     log_ratios = np.log([mode.ratio for mode in modes])
     evidence = np.array([_weighted(mode, share) for mode in modes])
@@ -439,9 +451,10 @@ def integrated(
     coordinates = np.array([mode.state.coordinates[:n_coordinates] for mode in modes])
     covariances = np.array([covariance_of(mode, slice(n_coordinates)) for mode in modes])
     share_of_mode = np.eye(len(modes))
+    drawn = None
     if skewed and len(modes) == 1 and isinstance(space, FreeCurve):
-        draws = drawn_curves(modes, np.ones(1), space)
-        curves[0], curve_variances[0] = draws.mean(axis=0), draws.var(axis=0)
+        drawn = drawn_curves(modes, np.ones(1), space)
+        curves[0], curve_variances[0] = drawn.mean(axis=0), drawn.var(axis=0)
     if len(modes) > 1:
         pieces = [np.linspace(*ends, _FINE, endpoint=False) for ends in pairwise(log_ratios)]
         fine = np.concatenate([*pieces, log_ratios[-1:]])
@@ -468,6 +481,9 @@ def integrated(
     mean /= mean[-1]  # rounding
     variance = weights @ (curve_variances + (curves - mean) ** 2)
     log_noise = np.stack([log_floors + log_ratios, log_floors], axis=1)
+    mode_weights = share_of_mode @ weights
+    if skewed and len(modes) > 1 and isinstance(space, FreeCurve):
+        drawn = drawn_curves(modes, mode_weights, space)
     return Posterior(
         mean,
         np.sqrt(variance),
@@ -475,18 +491,10 @@ def integrated(
         _spread(log_noise, weights) + np.tensordot(weights, noise_covariances, axes=1),
         _spread(coordinates, weights) + np.tensordot(weights, covariances, axes=1),
         best,
-        share_of_mode @ weights,
+        mode_weights,
         within[top][0],
+        None if drawn is None else scale_spread(drawn),
     )
-
-
-class ScaleSpread(NamedTuple):
-    """How the deviation of g divides into that of its scale and that of its shape."""
-
-    log_scale: float
-    """Deviation of ln of the factor that brings a curve closest to the mean."""
-    shape: Floats
-    """Deviation of g at the levels when each curve is brought closest, shape (L,)."""
 
 
 def drawn_curves(modes: list[Mode], weights: Floats, space: FreeCurve) -> Floats:

@@ -33,12 +33,10 @@ from chartless.inference.posterior import (
     Posterior,
     State,
     covariance_of,
-    drawn_curves,
     integrated,
     maximise,
     ridge,
     ridge_share,
-    scale_spread,
     std_with_dark,
 )
 from chartless.inference.terms import AbstractTerm, ExposureFit, ExposureTerm, PairFit, PairTerm
@@ -314,6 +312,8 @@ class LikelihoodSearch(AbstractCalibrator):
             status=Status.CONVERGED if found.settled else Status.LIMIT_REACHED,
             log_evidence=best.log_evidence,
             inverse_lut_std=posterior.inverse_std,
+            shape_std=None if posterior.spread is None else posterior.spread.shape,
+            white_std=None if posterior.spread is None else posterior.spread.log_scale,
             parameter_covariance=covariance,
         )
         for fit in best.fits:
@@ -386,7 +386,7 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
     scatter = float(np.exp(weights @ [mode.state.own[0][0] for mode in found.modes]))
     relative = np.exp(log_exposures - log_exposures.min())
     judged = replace(
-        _divided(response, found, weights),
+        response,
         observed_levels=(min(low, others[0]), max(high, others[1])),
         n_pairs=response.n_pairs + counts.n_pixels,
         exposures=ExposureEstimate(
@@ -405,8 +405,7 @@ def _judged_exposures(response: Response, found: Found, weights: Floats) -> Resp
 
 def _unseen_error(counts: ExposureCounts, response: Response) -> float:
     """Relative deviation of the light at white by what no level shows of it."""
-    margin = counts.tables[0].margin
-    highest = min(counts.observed_levels[1], counts.n_levels - 2 - margin)
+    highest = min(counts.observed_levels[1], counts.n_levels - 2 - counts.margin)
     share = 1.0 - float(response.inverse_lut[highest])
     return (_UNSEEN_LOSSY if counts.lossy else _UNSEEN) * share
 
@@ -418,14 +417,6 @@ def _are_off(counts: ExposureCounts, found: Floats) -> bool:
     if counts.lossy:
         return off > max(most, _OTHER_BY_LOSSY * float(np.ptp(counts.log_exposures)))
     return off > (most if counts.exposure_error > _UNKNOWN else min(most, _OTHER_EXPOSURES))
-
-
-def _divided(response: Response, found: Found, weights: Floats) -> Response:
-    """Response with its deviation divided into shape and white, of curves without a family."""
-    if not isinstance(found.space, FreeCurve):
-        return response
-    spread = scale_spread(drawn_curves(found.modes, weights, found.space))
-    return replace(response, shape_std=spread.shape, white_std=spread.log_scale)
 
 
 def _transfers(counts: ExposureCounts, log_exposures: Floats) -> tuple[SeenTransfer, ...]:

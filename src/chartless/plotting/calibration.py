@@ -349,7 +349,7 @@ def draw_search(axes: Axes, channels: Sequence[Response]) -> None:
         axes.legend(frameon=False)
 
 
-@lru_cache(maxsize=8)  # figures of a report ask for the same
+@lru_cache(maxsize=4)  # figures of a report ask for the same: R, G, B and one with seen noise
 def _expected(response: Response) -> Floats:
     """Level pairs that the model expects; methods without a scene of their own take an even one."""
     assert response.noise is not None
@@ -364,7 +364,7 @@ def _expected(response: Response) -> Floats:
     return np.asarray(model.pairs * pairs.sum())
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=4)
 def _of_seen_noise(response: Response) -> Response:
     """The response with its noise scaled to that of the pairs, where curve and noise are means.
 

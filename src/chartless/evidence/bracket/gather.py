@@ -95,7 +95,7 @@ class BracketEvidence:
     @property
     def lossy(self) -> bool:
         """Whether files were compressed with loss."""
-        return any(table.margin > 0 for table in next(iter(self.tables.values())))
+        return all(self.counts(name).lossy for name in self.tables)
 
     def held(self) -> "BracketEvidence":
         """Return the same evidence, exposures to stay as they are said to be, with their error."""

@@ -162,9 +162,14 @@ class ExposureCounts:
         return len(self.tables[0].counts)
 
     @property
+    def margin(self) -> int:
+        """Of all tables, see `Comparagram.margin`."""
+        return self.tables[0].margin
+
+    @property
     def lossy(self) -> bool:
         """Whether files were compressed with loss."""
-        return any(table.margin > 0 for table in self.tables)
+        return self.margin > 0
 
     @property
     def forward(self) -> tuple[Comparagram, ...]:
