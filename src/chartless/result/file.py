@@ -222,7 +222,9 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         inverse_lut_std=_maybe(
             entry["inverse_lut_std"], lambda _: _deviations(entry, "inverse_lut_std", n_levels)
         ),
-        shape_std=_maybe(entry.get("shape_std"), lambda _: _numbers(entry, "shape_std", n_levels)),
+        shape_std=_maybe(
+            entry.get("shape_std"), lambda _: _deviations(entry, "shape_std", n_levels)
+        ),
         white_std=_maybe(entry.get("white_std"), float),
         inverse_lut_std_with_dark=_maybe(
             entry.get("inverse_lut_std_with_dark"),
