@@ -11,10 +11,10 @@ slopes above level 160 given those below, without fading, as then nothing is lef
 
     deviation 1.01, length 0.74
 
-`log_slopes` keeps 0.7 and 0.75, and lets the term fade by e within 32 levels, so that it does not
-loosen the curve where frames show it: with 1.0, a noisy test bracket of a linear camera was off by
-0.006. Printed besides: how far the light at white is off if the
-curve is known up to a level, and how often by more than two of the deviations that the prior gives.
+`chartless.curves.prior` has 0.7 and 0.75, and lets the term fade by e within 32 levels, so that it
+does not loosen the curve where frames show it: with 1.0, a noisy test bracket of a linear camera
+was off by 0.006. Also printed: how far the light at white is off if the curve is known up to a
+level, and how often by more than two of the deviations that the prior gives.
 """
 
 import argparse

@@ -368,7 +368,8 @@ def test_a_format_beside_the_name_of_a_file_is_refused(
 
     line = refusal("linearize", colour_camera, picture, "-o", output, "--format", "tif")
 
-    assert line == f"--format is that of files in a folder; that of {output} follows from its name"
+    why = f"--format applies to files in a folder; the format of {output} follows from its name"
+    assert line == why
     assert not output.exists()
 
 

@@ -76,7 +76,7 @@ def linearize(
     _require_recorded(images, inverse)
     is_folder = output.is_dir() or not (output.suffix or output.exists())
     if suffix is not None and not is_folder:
-        msg = f"--format is that of files in a folder; that of {output} follows from its name"
+        msg = f"--format applies to files in a folder; the format of {output} follows from its name"
         raise ParameterError(msg)
     targets = _targets(images, output, (suffix or "exr").lstrip("."), is_folder)
     if is_folder:
