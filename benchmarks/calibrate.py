@@ -69,7 +69,7 @@ def measure(scene: Floats, repeats: int) -> dict[str, dict[str, float]]:
             Path(folder) / "frames",
             scene,
             named_curve("srgb"),
-            AffineNoise.from_8bit(0.03, 16.0),
+            AffineNoise.of_sensor(1_500, 5),
             n_frames=2,
             bit_depth=8,
             seed=1,

@@ -77,8 +77,8 @@ SIZE = (480, 640)
 TIMES = [1.0, 4.0, 16.0, 64.0, 256.0]
 GREY = 0.18
 """Median of the light in the middle exposure."""
-NOISE = AffineNoise(1 / 10_000, (6 / 10_000) ** 2)
-HIGH_ISO = AffineNoise(1 / 1_000, (6 / 1_000) ** 2)
+NOISE = AffineNoise.of_sensor(10_000, 6)
+HIGH_ISO = AffineNoise.of_sensor(1_000, 6)
 FORMATS = ("png", "jpeg100", "jpeg95", "jpeg95-420", "jpeg90-420", "jpeg80-420", "regrid")
 KINDS = ("bracket", "exif", "unknown", "unaligned", "burst")
 CHANNELS = "RGB"

@@ -37,12 +37,12 @@ from chartless.evidence.noise.start import noise_level_start
 from chartless.inference.posterior import PAIR_WEIGHT, State, integrated, ridge, ridge_share
 from chartless.inference.terms import PairTerm
 from chartless.methods import LikelihoodSearch, NoiseLevelSearch
-from chartless.noise import TYPICAL_RATIO, AffineNoise
+from chartless.noise import SENSORS, AffineNoise
 from chartless.result.response import rmse
 from chartless.simulate import simulate_frames
 
 SIZE = (900, 1600)
-NOISE = AffineNoise.from_8bit(0.03, 16.0)
+NOISE = AffineNoise.of_sensor(1_500, 5)
 NO_PART = 1e-9
 TARGETS = {"likelihood": 1.0, "nlf": 0.030}
 """Seconds."""
@@ -64,12 +64,13 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
     table = Cooccurrence.of_pair(*simulate_frames(scene, SrgbCurve(), NOISE))
     counts = PairCounts.of(table, weight=PAIR_WEIGHT)
     prior, space = measured_prior(table.n_levels), free_curve(table.n_levels)
-    fit, light = noise_level_start(counts, prior)
+    usual = SENSORS.centre
+    fit, light = noise_level_start(counts, prior, usual)
     term, share = PairTerm(counts, light.nodes.size), ridge_share(counts, space)
     begin = State.at_ratio(
-        TYPICAL_RATIO, space.nearest(fit.edges), fit.log_floor, (light.log_weights,)
+        usual.ratio, space.nearest(fit.edges), fit.log_floor, (light.log_weights,)
     )
-    modes = ridge([term], space, begin, share)
+    modes = ridge([term], space, begin, share, noise_prior=SENSORS)
     best = max(modes, key=lambda mode: mode.log_evidence)
     likelihood, nlf = LikelihoodSearch(), NoiseLevelSearch()
     response = likelihood.calibrate(table)
@@ -93,8 +94,10 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
     return {
         "seconds": {
             "likelihood": seconds(lambda: likelihood.calibrate(table), repeats),
-            "start": seconds(lambda: noise_level_start(counts, prior), repeats),
-            "ridge": seconds(lambda: ridge([term], space, begin, share), repeats),
+            "start": seconds(lambda: noise_level_start(counts, prior, usual), repeats),
+            "ridge": seconds(
+                lambda: ridge([term], space, begin, share, noise_prior=SENSORS), repeats
+            ),
             "integrate": seconds(lambda: integrated(modes, space, share), repeats),
             "nlf": seconds(lambda: nlf.calibrate(table), repeats),
             "expand": seconds(expand, repeats),

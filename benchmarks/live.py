@@ -25,7 +25,7 @@ from chartless.frames.frame import Frame
 from chartless.images import read_frame
 from chartless.live import LiveEvidence, live_calibration
 from chartless.methods import NoiseLevelSearch
-from chartless.noise import TYPICAL_8BIT, TYPICAL_SPREAD
+from chartless.noise import CAMERAS_OF_2008, TYPICAL_8BIT, TYPICAL_SPREAD
 from chartless.result.verdict import band
 from chartless.types import Floats
 
@@ -52,7 +52,7 @@ def main() -> None:
         rising = np.maximum.accumulate(dorf.curves[row])
         curve = SampledCurve(tuple(map(float, dorf.irradiance)), tuple(map(float, rising)))
         scene = scenes[2 * place % len(scenes)][::2, ::2, np.newaxis]
-        search = NoiseLevelSearch(prior=curve_prior(dorf, row))
+        search = NoiseLevelSearch(prior=curve_prior(dorf, row), noise_prior=CAMERAS_OF_2008)
         with mock.patch.object(engine, "NoiseLevelSearch", lambda search=search: search):
             converged.append(convergence(scene, curve, noise))
             mixed.append(gains(scene, curve, noise))

@@ -3,9 +3,9 @@
     python benchmarks/verdict.py [--scenes N] [--data FOLDER]
 
 Two frames of each of N photographs (folder scenery_1600x900 of FOLDER, or of the one that
-CHARTLESS_DATA names), of noise U = 0.03 and V = 16, by sRGB and another curve; then the same with
-one fault of the frames after the other. The error is the RMSE of f, the band the deviation of g
-that the calibration gives. Some minutes for each photograph.
+CHARTLESS_DATA names), of a sensor of 1,500 electrons read with 5, by sRGB and another curve; then
+the same with one fault of the frames after the other. The error is the RMSE of f, the band the
+deviation of g that the calibration gives. Some minutes for each photograph.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from chartless.images import read_frame
 from chartless.result.verdict import Grade, deviation, verdict
 from chartless.types import Floats, Levels
 
-NOISE, QUIET = AffineNoise.from_8bit(0.03, 16), AffineNoise.from_8bit(0.001, 0.05)
+NOISE, QUIET = AffineNoise.of_sensor(1_500, 5), AffineNoise.of_sensor(50_000, 20)
 OTHERS = (ModelCurve("ameegc2-exact", (-0.9, 0.5, -0.3)), ModelCurve("gamma", (0.6,)))
 
 

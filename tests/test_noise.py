@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from chartless.errors import ParameterError
-from chartless.noise import AffineNoise
+from chartless.noise import CAMERAS_OF_2008, SENSORS, AffineNoise, NoisePrior
 
 
 def test_variance_is_affine_in_the_irradiance():
@@ -40,3 +40,54 @@ def test_shapes_are_kept(shape: tuple[int, ...]):
 
     assert noise.variance(np.zeros(shape)).shape == shape
     assert noise.std(np.zeros(shape)).shape == shape
+
+
+def test_a_data_sheet_gives_noise():
+    """1,000 photons of 1,000 electrons scatter by their root, reading by 6 everywhere."""
+    noise = AffineNoise.of_sensor(1_000, 6)
+
+    assert 1_000 * noise.std([0.0, 1.0]) == pytest.approx([6, np.sqrt(1_000 + 36)])
+    assert noise.ratio == pytest.approx(1_000 / 36)
+
+
+def test_a_prior_of_ratios_is_one_of_slopes_and_floors():
+    """Against draws of ln u and ln r, which are independent."""
+    prior = NoisePrior.of_ratio(slope=1e-4, slope_spread=2.0, ratio=50.0, ratio_spread=1.5)
+    rng = np.random.default_rng(0)
+    log_slope = np.log(1e-4) + 2.0 * rng.standard_normal(400_000)
+    log_floor = log_slope - np.log(50.0) - 1.5 * rng.standard_normal(400_000)
+    drawn = np.stack([log_slope, log_floor])
+
+    assert prior.mean == pytest.approx(drawn.mean(axis=1), abs=0.02)
+    np.testing.assert_allclose(prior.covariance, np.cov(drawn), atol=0.05)
+    np.testing.assert_allclose(prior.precision @ prior.covariance, np.eye(2), atol=1e-12)
+    assert prior.centre.ratio == pytest.approx(50.0)
+    assert prior.ratio_spread == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(("electrons", "read"), [(300, 6), (1_000, 2), (10_000, 5), (60_000, 15)])
+def test_sensors_as_they_are_made_are_within_two_deviations(electrons: float, read: float):
+    """Of the default; cameras as the paper draws them are not, and the other way round."""
+    sensor = AffineNoise.of_sensor(electrons, read)
+
+    def away(noise: AffineNoise, prior: NoisePrior) -> float:
+        return abs(float(np.log(noise.ratio / prior.centre.ratio))) / prior.ratio_spread
+
+    assert away(sensor, SENSORS) < 2.5
+    assert away(sensor, CAMERAS_OF_2008) > 2.5
+
+
+@pytest.mark.parametrize(
+    ("centre", "spread", "correlation"),
+    [
+        (AffineNoise(1e-4, 1e-5), (0.0, 1.0), 0.0),
+        (AffineNoise(1e-4, 1e-5), (1.0, np.nan), 0.0),
+        (AffineNoise(1e-4, 1e-5), (1.0, 1.0), 1.0),
+        (AffineNoise(0.0, 1e-5), (1.0, 1.0), 0.0),
+    ],
+)
+def test_an_impossible_prior_is_refused(
+    centre: AffineNoise, spread: tuple[float, float], correlation: float
+):
+    with pytest.raises(ParameterError, match="a noise prior needs"):
+        NoisePrior(centre, spread, correlation)

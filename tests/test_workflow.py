@@ -36,7 +36,7 @@ def frames() -> list[Levels]:
     white = np.random.default_rng(0).standard_normal((120, 160))
     blobs = gaussian_filter(white, 8, mode="wrap")
     scene = blobs.ravel().argsort().argsort().reshape(blobs.shape) / blobs.size
-    noise = AffineNoise.from_8bit(0.03, 16)
+    noise = AffineNoise.of_sensor(1_500, 5)
     found = list(simulate_frames(scene, named_curve("srgb"), noise, n_frames=3))
     for levels in found:
         levels.setflags(write=False)

@@ -33,7 +33,7 @@ from chartless.frames.frame import Frame
 from chartless.methods import NoiseLevelSearch
 from chartless.result.calibration import Calibration
 from chartless.result.provenance import provenance
-from chartless.result.verdict import GOOD_BAND, GRAVE, WORST_BAND, Grade, band, verdict
+from chartless.result.verdict import GRAVE, WORST_BAND, Grade, band, verdict
 from chartless.types import Floats, Levels
 
 WINDOW = 100
@@ -117,14 +117,14 @@ class LiveEvidence:
     >>> from pathlib import Path
     >>> from chartless import AffineNoise, named_curve, simulate_frames
     >>> scene = np.random.default_rng(1).uniform(size=(300, 400, 1))
-    >>> noise = AffineNoise.from_8bit(0.03, 16)
+    >>> noise = AffineNoise.of_sensor(1_500, 5)
     >>> live = LiveEvidence()
     >>> for levels in simulate_frames(scene, named_curve("srgb"), noise, n_frames=4):
     ...     outcome = live.add(Frame(Path("camera"), levels))
     >>> outcome, live.n_frames, live.n_kept
     (<Outcome.USED: 'used'>, 4, 3)
     >>> calibration = live_calibration(live)
-    >>> abs(calibration.channel("Y").curve.response(0.18) - 0.46) < 0.05
+    >>> abs(calibration.channel("Y").curve.response(0.18) - 0.46) < 0.08
     np.True_
     """
 
@@ -318,7 +318,7 @@ def live_calibration(live: LiveEvidence) -> Calibration:
     )
 
 
-def is_enough(live: LiveEvidence, calibration: Calibration, until: float = GOOD_BAND) -> bool:
+def is_enough(live: LiveEvidence, calibration: Calibration, until: float = WORST_BAND) -> bool:
     """Whether to stop and save: enough pairs, nothing grave, and a band of at most `until`.
 
     Parameters
@@ -332,7 +332,7 @@ def is_enough(live: LiveEvidence, calibration: Calibration, until: float = GOOD_
     return not lacking(live, calibration, until)
 
 
-def lacking(live: LiveEvidence, calibration: Calibration, until: float = GOOD_BAND) -> str:
+def lacking(live: LiveEvidence, calibration: Calibration, until: float = WORST_BAND) -> str:
     """Say why it is not enough to stop and save, and whether more frames can help.
 
     Parameters

@@ -11,11 +11,9 @@ from chartless.types import Floats
 _EIGHT_BIT = 255.0
 
 TYPICAL_8BIT = (0.03, 15.0)
-"""U and V that a camera is expected to have before anything is seen: the centre of a prior."""
+"""U and V of the cameras of Takamatsu and Matsushita (2008), about which theirs are drawn."""
 TYPICAL_SPREAD = 0.7
-"""Deviation of ln U and of ln V about it: a factor of two either way."""
-TYPICAL_RATIO = 0.5
-"""u/v of these."""
+"""Deviation of ln U and of ln V about them: a factor of two either way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +64,24 @@ class AffineNoise:
         """Noise from U and V as papers quote them: σ² = U · level + V in 8-bit levels²."""
         return cls(slope / _EIGHT_BIT, floor / _EIGHT_BIT**2)
 
+    @classmethod
+    def of_sensor(cls, electrons: float, read: float) -> "AffineNoise":
+        """Noise of photons and of reading, as data sheets give them.
+
+        Parameters
+        ----------
+        electrons : float
+            At white: the saturation capacity at unit gain, fewer at higher gain.
+        read : float
+            Standard deviation in the dark, in electrons.
+        """
+        return cls(1 / electrons, (read / electrons) ** 2)
+
+    @property
+    def ratio(self) -> float:
+        """Ratio r = u/v: the variance at white is 1 + r times that at black."""
+        return self.slope / self.floor
+
     @property
     def slope_8bit(self) -> float:
         """U = 255 u."""
@@ -83,3 +99,76 @@ class AffineNoise:
     def std(self, irradiance: npt.ArrayLike) -> Floats:
         """Standard deviation √(uI + v), shape of `irradiance`."""
         return np.sqrt(self.variance(irradiance))
+
+
+@dataclass(frozen=True, slots=True)
+class NoisePrior:
+    """What is known of the noise before any picture: (ln u, ln v) is normally distributed.
+
+    Parameters
+    ----------
+    centre : AffineNoise
+        Median of u and of v.
+    spread : (float, float)
+        Standard deviations of ln u and ln v, above 0.
+    correlation : float
+        Of ln u and ln v, between -1 and 1.
+
+    Raises
+    ------
+    ParameterError
+        If a value is out of range.
+    """
+
+    centre: AffineNoise
+    spread: tuple[float, float]
+    correlation: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (
+            all(0 < each < np.inf for each in self.spread)
+            and abs(self.correlation) < 1
+            and self.centre.slope > 0
+        ):
+            msg = (
+                "a noise prior needs a centre with a slope above 0, spreads above 0 and a "
+                f"correlation between -1 and 1, not {self}"
+            )
+            raise ParameterError(msg)
+
+    @classmethod
+    def of_ratio(
+        cls, slope: float, slope_spread: float, ratio: float, ratio_spread: float
+    ) -> "NoisePrior":
+        """Prior in which u and r = u/v are independent, from medians and deviations of ln."""
+        spread = float(np.hypot(slope_spread, ratio_spread))
+        centre = AffineNoise(slope, slope / ratio)
+        return cls(centre, (slope_spread, spread), slope_spread / spread)
+
+    @property
+    def mean(self) -> Floats:
+        """Mean of (ln u, ln v)."""
+        return np.log([self.centre.slope, self.centre.floor])
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance of (ln u, ln v), shape (2, 2)."""
+        both = self.correlation * self.spread[0] * self.spread[1]
+        return np.array([[self.spread[0] ** 2, both], [both, self.spread[1] ** 2]])
+
+    @property
+    def precision(self) -> Floats:
+        """Inverse of the covariance, shape (2, 2)."""
+        return np.asarray(np.linalg.inv(self.covariance))
+
+    @property
+    def ratio_spread(self) -> float:
+        """Standard deviation of ln r."""
+        difference = np.array([1.0, -1.0])
+        return float(np.sqrt(difference @ self.covariance @ difference))
+
+
+CAMERAS_OF_2008 = NoisePrior(AffineNoise.from_8bit(*TYPICAL_8BIT), (TYPICAL_SPREAD, TYPICAL_SPREAD))
+"""Cameras as the noise experiment draws them: noise hardly grows with light (r = 0.5)."""
+SENSORS = NoisePrior.of_ratio(slope=1e-4, slope_spread=2.0, ratio=50.0, ratio_spread=2.0)
+"""Sensors as they are: photons dominate where there is light."""

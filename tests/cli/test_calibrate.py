@@ -431,7 +431,7 @@ def test_alpha_is_dropped_with_a_remark_and_changes_nothing(
         ("--rounds", "1.5", "--rounds"),
         ("--iterations", "0", "iterations"),
         ("--start", "", "noise must be two numbers U,V"),
-        ("--start", "much", "noise must be two numbers U,V such as 0.03,16, not 'much'"),
+        ("--start", "much", "noise must be two numbers U,V such as 0.17,0.7, not 'much'"),
         ("--start", "0.03", "noise must be two numbers U,V"),
         ("--start", "0.03,16,1", "noise must be two numbers U,V"),
         ("--start", "0.03;16", "noise must be two numbers U,V"),

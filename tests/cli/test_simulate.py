@@ -162,7 +162,7 @@ def test_light_above_saturation_is_white(sim: Path, chartless: Chartless, tmp_pa
 
 @pytest.mark.parametrize(
     "camera",
-    [("srgb", 8, "0.03,16"), ("gamma:0.6", 8, "0.05,12"), ("linear", 16, "0.03,16")],
+    [("srgb", 8, "0.17,0.7"), ("gamma:0.6", 8, "0.25,1.5"), ("linear", 16, "0.17,0.7")],
 )
 def test_the_response_is_recovered(
     camera: tuple[str, int, str], scene: Path, sim: Path, chartless: Chartless

@@ -46,7 +46,7 @@ def test_a_video_is_calibrated_like_its_camera(
     assert done.status == 0, done.err
     calibration = load(camera)
     response = calibration.channel("Y")
-    assert rmse(response.curve, named_curve("srgb")) < 0.03
+    assert rmse(response.curve, named_curve("srgb")) < 0.06
     assert (response.n_levels, calibration.bit_depth) == (220, 8)
     assert response.n_pairs == 5 * 192 * 256
     assert calibration.provenance["inputs"] == [
@@ -318,6 +318,6 @@ def test_12_bits_are_calibrated_and_linearised_as_such(
     assert calibration.bit_depth == 12
     assert not calibration.flags
     assert "deep_0.png: read 12 bits of samples that have room for 16" in done.err
-    assert rmse(response.curve, named_curve("srgb")) < 0.03
+    assert rmse(response.curve, named_curve("srgb")) < 0.06
     expected = response.curve.inverse(frames[0] / 4095)
     assert np.abs(read_values(light).values - expected).max() <= 1e-6

@@ -31,7 +31,7 @@ from chartless.frames.frame import TimedFrame
 from chartless.images import read_video
 from chartless.live import LEAST, WINDOW
 from chartless.result.response import Response, Status
-from chartless.result.verdict import GOOD_BAND
+from chartless.result.verdict import WORST_BAND
 from chartless.simulate import simulate_frames
 
 Pixels = npt.NDArray[Any]
@@ -39,7 +39,7 @@ Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
 Shoot = Any  # conftest.Shoot
 Record = Callable[..., Path]
-CURVE, NOISE = named_curve("srgb"), AffineNoise.from_8bit(0.03, 16)
+CURVE, NOISE = named_curve("srgb"), AffineNoise.of_sensor(1_500, 5)
 
 
 @pytest.fixture
@@ -99,10 +99,10 @@ def test_watching_stops_when_the_curve_is_good_enough(
     ]
 
 
-def test_it_stops_at_what_a_verdict_calls_good() -> None:
+def test_it_stops_at_what_a_verdict_does_not_distrust() -> None:
     known = inspect.signature(watch).parameters
 
-    assert (known["until"].default, known["window"].default) == (GOOD_BAND, WINDOW)
+    assert (known["until"].default, known["window"].default) == (WORST_BAND, WINDOW)
 
 
 def test_what_is_not_good_enough_is_saved_with_another_status(
@@ -111,17 +111,17 @@ def test_what_is_not_good_enough_is_saved_with_another_status(
     done = chartless("watch", record(dim, n_frames=15), "-o", tmp_path / "camera.json")
 
     assert done.status == 3, done.err
-    assert "the video ended: not good enough yet: the error is above ± 0.02" in done.err
+    assert "the video ended: not good enough yet: the error is above ± 0.045" in done.err
     assert "15 frames, 14 pairs used\n" in done.err
     assert load(tmp_path / "camera.json").channel("Y").n_pairs == 14 * 192 * 256
 
 
 @pytest.mark.slow
-def test_a_wider_band_may_do_and_none_may(record: Record, chartless: Chartless) -> None:
-    clip = record(dim, n_frames=15)
+def test_a_narrower_band_may_be_wanted_and_none_may(record: Record, chartless: Chartless) -> None:
+    clip = record(n_frames=15)
 
     assert chartless("watch", clip, "--until", 0.044).status == 0
-    assert chartless("watch", clip, "--until", 0.044, "--strict").status == 3
+    assert chartless("watch", clip, "--until", 0.03).status == 3
     never = chartless("watch", record(name="all.mkv"), "--until", 0, "--json")
     assert never.status == 3
     assert never.json["provenance"]["inputs"][0]["frames"] == [1, 30]
@@ -355,13 +355,13 @@ BRAILLE = re.compile("[\u2801-\u28ff]")
 @pytest.mark.slow
 def test_a_terminal_shows_curve_table_and_verdict(record: Record) -> None:
     def carried(scene: Pixels, number: int) -> Pixels:
-        return np.roll(0.45 * scene, 4 * min(number, 3), axis=1)
+        return np.roll(0.7 * scene, 4 * min(number, 3), axis=1)
 
-    terminal = Terminal("watch", record(carried, n_frames=150))
+    terminal = Terminal("watch", record(carried, n_frames=150), "--until", "0.03")
     status, out = terminal.follow()
 
     assert status == 3
-    (*_, last) = (each for each in terminal.seen if "Stops at ± 0.02, or at Ctrl-C." in each)
+    (*_, last) = (each for each in terminal.seen if "Stops at ± 0.03, or at Ctrl-C." in each)
     lines = last.splitlines()
     assert lines[0].startswith("chartless watch ")
     assert lines[1].startswith("1 │")

@@ -16,6 +16,7 @@ from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence.noise.gather import dark_histograms
 from chartless.frames.frame import Frame
 from chartless.frames.levels import level_table
+from chartless.noise import CAMERAS_OF_2008
 from chartless.result.response import Response, rmse
 from chartless.types import Counts, Floats, Levels
 
@@ -205,12 +206,12 @@ def covered() -> list[Levels]:
 
 @pytest.fixture(scope="module")
 def without(lit: list[Levels]) -> Calibration:
-    return chartless.calibrate(lit)
+    return chartless.calibrate(lit, noise_prior=CAMERAS_OF_2008)
 
 
 @pytest.fixture(scope="module")
 def with_dark(lit: list[Levels], covered: list[Levels]) -> Calibration:
-    return chartless.calibrate(lit, dark=covered)
+    return chartless.calibrate(lit, dark=covered, noise_prior=CAMERAS_OF_2008)
 
 
 def test_dark_frames_narrow_what_is_known_of_the_noise(
@@ -239,7 +240,9 @@ def test_the_calibration_tells_of_its_dark_frames(
 def test_one_dark_frame_is_as_good_as_its_two_halves(
     lit: list[Levels], covered: list[Levels], with_dark: Calibration
 ) -> None:
-    joined = chartless.calibrate(lit, dark=[np.concatenate(covered).astype(np.uint8)])
+    joined = chartless.calibrate(
+        lit, dark=[np.concatenate(covered).astype(np.uint8)], noise_prior=CAMERAS_OF_2008
+    )
 
     np.testing.assert_array_equal(
         joined.channel("Y").inverse_lut, with_dark.channel("Y").inverse_lut
@@ -260,7 +263,7 @@ def test_each_channel_gets_its_own_dark_levels() -> None:
         for each in (lit, dark)
     )
 
-    found = chartless.calibrate(frames, dark=covered)
+    found = chartless.calibrate(frames, dark=covered, noise_prior=CAMERAS_OF_2008)
 
     floors = {each.name: each.noise.floor_8bit for each in found.channels}
     for name, floor in {"R": 16, "G": 64, "B": 16}.items():

@@ -24,7 +24,7 @@ from chartless.evidence.noise.likelihood import (
     PairModel,
     Scene,
 )
-from chartless.evidence.noise.stabilised import warped
+from chartless.evidence.noise.stabilised import on_even_scale, warped
 from chartless.inference.posterior import (
     RATIOS,
     RIDGE_PAIRS,
@@ -42,18 +42,19 @@ from chartless.inference.posterior import (
 )
 from chartless.inference.terms import PairTerm
 from chartless.models import MODELS
-from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
+from chartless.noise import CAMERAS_OF_2008, TYPICAL_8BIT, TYPICAL_SPREAD, AffineNoise
 from chartless.types import Floats
 
 LEVELS, NODES = 32, 128
 NOISE = AffineNoise(5e-4, 1e-3)
+USUAL_RATIO = CAMERAS_OF_2008.centre.ratio
 EDGES = bin_edges(LEVELS)[1:-1] ** (1 / 0.45)
 SPACES = ["any", "ameegc2-exact", "gamma"]
 RATIO = st.floats(np.log(RATIOS[0]), np.log(RATIOS[-1])).map(lambda log: float(np.exp(log)))
 
 
 def camera(n_nodes: int = NODES) -> PairModel:
-    nodes = np.linspace(0, 1, n_nodes)
+    nodes = on_even_scale(n_nodes, NOISE.ratio)
     return PairModel(EDGES, NOISE, Scene(nodes, -1.5 * nodes))
 
 
@@ -66,9 +67,7 @@ def space_of(name: str) -> AbstractCurveSpace:
     return free_curve(LEVELS) if name == "any" else FamilyCurve(MODELS[name], LEVELS)
 
 
-def start_of(
-    space: AbstractCurveSpace, ratio: float = TYPICAL_RATIO, n_nodes: int = NODES
-) -> State:
+def start_of(space: AbstractCurveSpace, ratio: float = USUAL_RATIO, n_nodes: int = NODES) -> State:
     """The mean camera before an even scene: nothing of the counts."""
     scene = np.zeros(n_nodes)
     return State.at_ratio(ratio, space.mean.copy(), float(np.log(2e-3)), (scene,))
@@ -92,7 +91,7 @@ def ridge_of(
 
 def scene_of(state: State) -> Scene:
     (log_weights,) = state.own
-    return Scene(np.linspace(0, 1, log_weights.size), log_weights)
+    return Scene(on_even_scale(log_weights.size, state.noise.ratio), log_weights)
 
 
 def unknowns(state: State) -> Floats:
@@ -106,7 +105,7 @@ def log_posterior(
     size = space.mean.size
     coordinates, log_floor, log_weights = numbers[:size], numbers[size], numbers[size + 1 :]
     floor = float(np.exp(log_floor))
-    scene = Scene(np.linspace(0, 1, log_weights.size), log_weights)
+    scene = Scene(on_even_scale(log_weights.size, ratio), log_weights)
     model = PairModel(space.edges(coordinates), AffineNoise(ratio * floor, floor), scene)
     away = coordinates - space.mean
     typical = np.log(TYPICAL_8BIT) - np.log([255, 255**2])
@@ -129,7 +128,7 @@ def counts() -> PairCounts:
 
 @pytest.fixture(scope="module")
 def mode(space: AbstractCurveSpace, counts: PairCounts) -> Mode:
-    return mode_at(counts, space, TYPICAL_RATIO)
+    return mode_at(counts, space, USUAL_RATIO)
 
 
 @pytest.fixture(scope="module")
@@ -192,7 +191,7 @@ def test_a_mode_carries_its_edges_and_noise(space: AbstractCurveSpace, mode: Mod
 
     np.testing.assert_array_equal(mode.edges, space.edges(mode.state.coordinates))
     assert mode.noise.floor == pytest.approx(floor)
-    assert mode.noise.slope == pytest.approx(TYPICAL_RATIO * floor)
+    assert mode.noise.slope == pytest.approx(USUAL_RATIO * floor)
 
 
 @pytest.mark.slow
@@ -279,12 +278,24 @@ def test_warps_keep_the_ends_compose_and_invert(ratio: float, other: float, thir
     np.testing.assert_allclose(warped(grid, ratio, ratio), grid, atol=1e-12)
 
 
+@given(RATIO, RATIO)
+def test_even_places_of_one_ratio_are_those_of_another_warped(ratio: float, other: float) -> None:
+    places = on_even_scale(33, ratio)
+
+    assert (places[0], places[-1]) == (0.0, 1.0)
+    np.testing.assert_allclose(warped(places, ratio, other), on_even_scale(33, other), atol=1e-12)
+
+
+def test_even_places_without_photons_are_even() -> None:
+    np.testing.assert_allclose(on_even_scale(5, 0.0), [0, 0.25, 0.5, 0.75, 1])
+
+
 @pytest.mark.parametrize("ratio", [0.05, 5.0])
 def test_the_state_predicted_at_another_ratio_shows_the_same_noise(ratio: float) -> None:
     space, counts = free_curve(LEVELS), expected_counts()
-    mode = mode_at(counts, space, TYPICAL_RATIO)
+    mode = mode_at(counts, space, USUAL_RATIO)
 
-    state = predicted([PairTerm(counts, NODES)], space, mode, ratio)
+    state = predicted(space, mode, ratio)
 
     def seen(edges: Floats, noise: AffineNoise) -> Floats:
         """Deviation in levels where a level lies."""
@@ -309,7 +320,7 @@ def test_modes_follow_each_other_along_the_ridge(
     ratios = [mode.ratio for mode in modes]
 
     assert all(a < b for a, b in pairwise(ratios))
-    assert any(ratio == pytest.approx(TYPICAL_RATIO) for ratio in ratios)
+    assert any(ratio == pytest.approx(USUAL_RATIO) for ratio in ratios)
     assert len(modes) >= 3
     assert all(np.isfinite([mode.log_evidence, mode.known]).all() for mode in modes)
     assert all(mode.settled for mode in modes)
@@ -434,7 +445,7 @@ def test_the_integral_is_that_of_a_finer_grid(
     near = modes[0]
     for ratio in np.exp(log_ratios):
         terms = [PairTerm(counts, NODES)]
-        near = maximise(terms, space, predicted(terms, space, near, float(ratio)))
+        near = maximise(terms, space, predicted(space, near, float(ratio)))
         fine.append(near)
     share = ridge_share(counts, space)
     logs = np.array([share * (mode.log_evidence - mode.known) + mode.known for mode in fine])
@@ -473,7 +484,7 @@ def test_one_mode_more_between_two_changes_little(
     """Modes stand for the ratios about them, however many there are."""
     ratio = float(np.sqrt(modes[place].ratio * modes[place + 1].ratio))
     terms = [PairTerm(counts, NODES)]
-    found = maximise(terms, space, predicted(terms, space, modes[place], ratio))
+    found = maximise(terms, space, predicted(space, modes[place], ratio))
     more = sorted([*modes, found], key=lambda mode: mode.ratio)
 
     found = integrated(more, space, ridge_share(counts, space))

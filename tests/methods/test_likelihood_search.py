@@ -1,13 +1,14 @@
 """Cameras made up come back, within the error bars: the exact likelihood and the noise level."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.stats import beta
+from slow_cases import slow_but
 
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
 from chartless.curves.prior import measured_prior
@@ -17,20 +18,24 @@ from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
 from chartless.frames.levels import level_table
 from chartless.methods import (
-    CALIBRATORS,
     AbstractCalibrator,
     LikelihoodSearch,
     NoiseLevelSearch,
 )
 from chartless.methods.likelihood import independent_share
 from chartless.models import MODELS
-from chartless.noise import AffineNoise
+from chartless.noise import CAMERAS_OF_2008, AffineNoise, NoisePrior
 from chartless.result.response import Response, Status, rmse
 from chartless.simulate import simulate_frames
 from chartless.types import Counts, Floats
 
 NOISE = AffineNoise.from_8bit(0.03, 16)
 LEVELS = np.arange(256) / 255
+
+# The prior that goes with NOISE, so that what is left is what the search does.
+likelihood_search = partial(LikelihoodSearch, noise_prior=CAMERAS_OF_2008)
+noise_level_search = partial(NoiseLevelSearch, noise_prior=CAMERAS_OF_2008)
+METHODS = {"likelihood": likelihood_search, "nlf": noise_level_search}
 
 
 def s_shaped() -> AbstractCurve:
@@ -59,9 +64,9 @@ def scene(height: int = 300, width: int = 400) -> Floats:
 
 @cache
 def table_of(
-    name: str, n_frames: int = 2, slope: float = 0.03, floor: float = 16, size: int = 1
+    name: str, n_frames: int = 2, noise: AffineNoise = NOISE, size: int = 1
 ) -> Cooccurrence:
-    light, noise = scene(300 * size, 400 * size), AffineNoise.from_8bit(slope, floor)
+    light = scene(300 * size, 400 * size)
     frames = simulate_frames(light, CURVES[name], noise, n_frames=n_frames, seed=3)
     table = Cooccurrence.zeros()
     for first, second in pairwise(frames):
@@ -93,7 +98,7 @@ class Case:
 @cache
 def case_of(method: str, name: str) -> Case:
     table = table_of(name)
-    return Case(CURVES[name], table, CALIBRATORS[method]().calibrate(table))
+    return Case(CURVES[name], table, METHODS[method]().calibrate(table))
 
 
 @pytest.fixture(params=CURVES)
@@ -166,9 +171,9 @@ def test_the_result_tells_where_it_comes_from(likelihood: Case) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [(0.06, 10), (0.015, 20), (0.03, 60)], ids=str)
 def test_noise_that_is_not_typical_is_covered_too(noise: tuple[float, float]) -> None:
-    table = table_of("srgb", slope=noise[0], floor=noise[1])
+    table = table_of("srgb", noise=AffineNoise.from_8bit(*noise))
 
-    case = Case(CURVES["srgb"], table, LikelihoodSearch().calibrate(table))
+    case = Case(CURVES["srgb"], table, likelihood_search().calibrate(table))
 
     assert rmse(case.found.curve, case.truth) < 0.04
     assert case.covered >= 0.85
@@ -180,7 +185,7 @@ def test_pairs_that_no_camera_makes_are_flagged() -> None:
     first = rng.integers(4, 60, 40_000, dtype=np.uint8)
     second = first + rng.choice([-2, 2], first.size)
 
-    found = LikelihoodSearch().calibrate(
+    found = likelihood_search().calibrate(
         Cooccurrence.of_pair(first, second.astype(np.uint8), n_levels=64)
     )
 
@@ -190,7 +195,7 @@ def test_pairs_that_no_camera_makes_are_flagged() -> None:
 
 
 def test_two_runs_are_equal_to_the_last_bit() -> None:
-    once, again = (LikelihoodSearch().calibrate(table_of("srgb")) for _ in range(2))
+    once, again = (likelihood_search().calibrate(table_of("srgb")) for _ in range(2))
 
     assert once.curve == again.curve
     assert once.noise == again.noise
@@ -200,7 +205,7 @@ def test_two_runs_are_equal_to_the_last_bit() -> None:
 
 
 def test_the_prior_may_be_given() -> None:
-    found = LikelihoodSearch(prior=measured_prior(256)).calibrate(table_of("srgb"), channel="G")
+    found = likelihood_search(prior=measured_prior(256)).calibrate(table_of("srgb"), channel="G")
 
     assert found.name == "G"
     assert found.curve == case_of("likelihood", "srgb").found.curve
@@ -209,7 +214,7 @@ def test_the_prior_may_be_given() -> None:
 def test_progress_rises_to_one() -> None:
     shares: list[float] = []
 
-    LikelihoodSearch(model=MODELS["gamma"]).calibrate(table_of("srgb"), progress=shares.append)
+    likelihood_search(model=MODELS["gamma"]).calibrate(table_of("srgb"), progress=shares.append)
 
     assert len(shares) >= 2
     assert all(before < after for before, after in pairwise(shares))
@@ -222,21 +227,28 @@ def test_progress_rises_to_one() -> None:
 @pytest.mark.parametrize("weight", [0.0, -0.2, 1.0001, np.nan, np.inf])
 def test_a_weight_without_a_meaning_is_refused(weight: float) -> None:
     with pytest.raises(ParameterError, match=r"^weight must lie above 0 and not above 1, not "):
-        LikelihoodSearch(weight=weight)
+        likelihood_search(weight=weight)
 
 
 def test_the_full_weight_is_allowed_and_narrows_the_error_bars() -> None:
-    trusting = LikelihoodSearch(weight=1.0).calibrate(table_of("srgb"))
+    trusting = likelihood_search(weight=1.0).calibrate(table_of("srgb"))
 
     usual = deviations(case_of("likelihood", "srgb").found)
     assert deviations(trusting)[1:-1].mean() < usual[1:-1].mean()
 
 
-def test_settings_name_the_weight_and_nothing_else() -> None:
-    assert LikelihoodSearch(weight=0.5, model=MODELS["gamma"]).settings == {"weight": 0.5}
-    assert NoiseLevelSearch().settings == {}
-    assert LikelihoodSearch().family is None
-    assert LikelihoodSearch(model=MODELS["gamma"]).family == "gamma"
+def test_settings_name_what_a_user_may_choose() -> None:
+    prior = NoisePrior(AffineNoise(2e-4, 1e-5), (0.5, 1.0), 0.25)
+    of_noise = {
+        "centre": {"slope": 2e-4, "floor": 1e-5},
+        "spread": [0.5, 1.0],
+        "correlation": 0.25,
+    }
+    search = LikelihoodSearch(weight=0.5, model=MODELS["gamma"], noise_prior=prior)
+    assert search.settings == {"weight": 0.5, "noise_prior": of_noise}
+    assert NoiseLevelSearch(noise_prior=prior).settings == {"noise_prior": of_noise}
+    assert likelihood_search().family is None
+    assert likelihood_search(model=MODELS["gamma"]).family == "gamma"
 
 
 @pytest.mark.slow
@@ -244,7 +256,7 @@ def test_pairs_of_consecutive_frames_tell_less_each() -> None:
     table = table_of("srgb")
 
     bars = [
-        deviations(LikelihoodSearch().calibrate(table, n_frames=n))[1:-1].mean()
+        deviations(likelihood_search().calibrate(table, n_frames=n))[1:-1].mean()
         for n in (2, 3, 1000)
     ]
 
@@ -254,7 +266,7 @@ def test_pairs_of_consecutive_frames_tell_less_each() -> None:
 def test_more_frames_tell_more_and_are_explained_as_well() -> None:
     table = table_of("srgb", n_frames=8)
 
-    found = LikelihoodSearch().calibrate(table, n_frames=8)
+    found = likelihood_search().calibrate(table, n_frames=8)
 
     case = case_of("likelihood", "srgb")
     assert found.deviance == pytest.approx(1, abs=0.1)
@@ -285,7 +297,7 @@ def test_two_frames_are_one_whole_pair_and_many_two_thirds() -> None:
 
 @cache
 def of_family(model: str, name: str = "srgb", size: int = 1) -> Response:
-    return LikelihoodSearch(model=MODELS[model]).calibrate(table_of(name, size=size))
+    return likelihood_search(model=MODELS[model]).calibrate(table_of(name, size=size))
 
 
 @pytest.mark.parametrize("model", ["ameegc2-exact", "gamma", "eegc2", "emor4"])
@@ -353,7 +365,7 @@ def test_errors_of_parameters_make_the_error_bars_of_the_curve(model: str) -> No
 
     band = np.sqrt(np.einsum("ip,pq,iq->i", change, found.parameter_covariance, change))
 
-    np.testing.assert_allclose(band, deviations(found)[seen], rtol=0.12)
+    np.testing.assert_allclose(band, deviations(found)[seen], rtol=0.2)
     assert np.median(band / deviations(found)[seen]) == pytest.approx(1, abs=0.07)
 
 
@@ -375,7 +387,7 @@ def test_errors_of_parameters_are_of_the_size_they_are_told_to_be(model: str) ->
             scene(150, 200), truth, AffineNoise.from_8bit(slope, floor), seed=seed
         )
 
-        found = LikelihoodSearch(model=family).calibrate(Cooccurrence.of_pair(*frames))
+        found = likelihood_search(model=family).calibrate(Cooccurrence.of_pair(*frames))
 
         assert isinstance(found.curve, ModelCurve)
         assert found.parameter_covariance is not None
@@ -406,7 +418,7 @@ def test_channels_of_one_noise_ratio_tell_it_together() -> None:
         tables[name] = Cooccurrence.of_pair(*frames)
     shares: list[float] = []
 
-    together = LikelihoodSearch().calibrate_together(tables, progress=shares.append)
+    together = likelihood_search().calibrate_together(tables, progress=shares.append)
 
     assert [each.name for each in together] == ["R", "G", "B"]
     assert shares[-1] == 1
@@ -418,7 +430,7 @@ def test_channels_of_one_noise_ratio_tell_it_together() -> None:
     for response, ratio in zip(together, ratios, strict=True):
         assert abs(ratio - truth) < 2 * log_ratio_deviation(response)
         assert Case(CURVES["s-shaped"], tables[response.name], response).covered >= 0.85
-    alone = LikelihoodSearch().calibrate(tables["R"])
+    alone = likelihood_search().calibrate(tables["R"])
     assert log_ratio_deviation(together[0]) < 0.95 * log_ratio_deviation(alone)
     assert deviations(together[0]).mean() < deviations(alone).mean()
 
@@ -426,7 +438,7 @@ def test_channels_of_one_noise_ratio_tell_it_together() -> None:
 def test_one_channel_has_nobody_to_tell_it_together_with() -> None:
     table = table_of("srgb")
 
-    (found,) = LikelihoodSearch().calibrate_together({"Y": table})
+    (found,) = likelihood_search().calibrate_together({"Y": table})
 
     alone = case_of("likelihood", "srgb").found
     assert found.curve == alone.curve
@@ -437,7 +449,7 @@ def test_one_channel_has_nobody_to_tell_it_together_with() -> None:
 @pytest.mark.slow
 def test_each_channel_has_its_own_dark_frames() -> None:
     tables = {"R": table_of("linear"), "B": table_of("srgb")}
-    search = LikelihoodSearch()
+    search = likelihood_search()
 
     red, blue = search.calibrate_together(tables, dark={"R": dark_levels("linear", 200_000)})
     _, plain_blue = search.calibrate_together(tables)
@@ -455,7 +467,7 @@ def test_each_channel_has_its_own_dark_frames() -> None:
 def test_dark_frames_tell_more_about_the_floor() -> None:
     dark = dark_levels("linear", 200_000)
 
-    found = LikelihoodSearch().calibrate(table_of("linear"), dark=dark)
+    found = likelihood_search().calibrate(table_of("linear"), dark=dark)
 
     without = case_of("likelihood", "linear").found
     assert found.noise_error is not None
@@ -479,8 +491,8 @@ def test_what_dark_frames_would_do_is_what_they_do(name: str) -> None:
     light = 0.2 + 0.8 * beta(2.5, 2).ppf(scene())
     table = Cooccurrence.of_pair(*simulate_frames(light, CURVES[name], NOISE, seed=5))
 
-    without = LikelihoodSearch().calibrate(table)
-    with_dark = LikelihoodSearch().calibrate(table, dark=dark_levels(name, 240_000))
+    without = likelihood_search().calibrate(table)
+    with_dark = likelihood_search().calibrate(table, dark=dark_levels(name, 240_000))
 
     predicted = without.inverse_lut_std_with_dark
     assert predicted is not None
@@ -488,7 +500,7 @@ def test_what_dark_frames_would_do_is_what_they_do(name: str) -> None:
     assert np.all(predicted <= deviations(without) + 1e-12)
     # The truth gains more than the band: of the dark parts the scene shows nothing.
     truth = CURVES[name].inverse(LEVELS)
-    assert rms(with_dark.inverse_lut - truth) < rms(without.inverse_lut - truth) / 3
+    assert rms(with_dark.inverse_lut - truth) < 0.6 * rms(without.inverse_lut - truth)
     worth = rms(predicted) < 0.9 * rms(deviations(without))
     assert worth == (name != "linear")  # 10.6 and 28 %, of the linear camera 9.5 %
     assert (Flag.DARK_LEVELS_UNSEEN in without.flags) == worth
@@ -516,7 +528,7 @@ def test_a_family_is_not_told_to_take_dark_frames() -> None:
     "the family cannot follow the camera exactly; RMSE 0.003 becomes 0.051",
 )
 def test_a_dark_frame_of_two_megapixels_does_no_harm() -> None:
-    search = LikelihoodSearch(model=MODELS["ameegc2-exact"])
+    search = likelihood_search(model=MODELS["ameegc2-exact"])
 
     found = search.calibrate(table_of("srgb"), dark=dark_levels("srgb", 2_000_000))
 
@@ -549,27 +561,49 @@ def test_fewer_levels_than_the_file_has_are_no_misfit(n_levels: int, bit_depth: 
     frames = simulate_frames(scene(900, 1200), CURVES["srgb"], NOISE, bit_depth=bit_depth, seed=1)
     table = Cooccurrence.of_pair(*(reduce[frame] for frame in frames), n_levels=n_levels)
 
-    found = LikelihoodSearch().calibrate(table)
+    found = likelihood_search().calibrate(table)
 
     assert found.n_levels == n_levels
     assert rmse(found.curve, CURVES["srgb"]) < 0.03
     assert Flag.MISFIT not in found.flags
 
 
+# Sensors as they are: the default
+
+
+@pytest.mark.parametrize("name", slow_but(CURVES, "srgb"))
+@pytest.mark.parametrize("electrons", slow_but([300, 1_000, 5_000], 1_000))
+def test_the_band_holds_whatever_the_sensor(name: str, electrons: int) -> None:
+    """Light is off by more than with the right prior, and the band says so."""
+    table = table_of(name, noise=AffineNoise.of_sensor(electrons, 5))
+
+    for search in (LikelihoodSearch(), NoiseLevelSearch()):
+        case = Case(CURVES[name], table, search.calibrate(table))
+
+        assert rmse(case.found.curve, case.truth) < 0.09
+        assert case.covered >= 0.85
+        assert 0.01 < rms(deviations(case.found)) < 0.06
+
+
+@pytest.mark.slow
+def test_a_smooth_scene_tells_hardly_anything_of_the_ratio() -> None:
+    found = LikelihoodSearch().search(table_of("srgb", noise=AffineNoise.of_sensor(1_000, 5)))
+    told = [found.share * (mode.log_evidence - mode.known) for mode in found.modes]
+
+    assert found.modes[0].ratio < 5
+    assert found.modes[-1].ratio > 100
+    assert np.ptp(told) < 6  # nats; 16 where scenes were as smooth in light
+
+
 # Scenes
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True,
-    reason="the prior of scenes has no flat patches: what their sharp histogram tells of the "
-    "noise ratio is wrong and believed; ln u/v is off by 0.9 ± 0.07 and nothing is flagged",
-)
 def test_a_scene_of_nine_greys_is_covered() -> None:
     light = 0.05 + 0.9 * np.round(8 * scene()) / 8
     table = Cooccurrence.of_pair(*simulate_frames(light, CURVES["linear"], NOISE, seed=20))
 
-    case = Case(CURVES["linear"], table, LikelihoodSearch().calibrate(table))
+    case = Case(CURVES["linear"], table, likelihood_search().calibrate(table))
 
     assert case.covered >= 0.85 or case.found.flags
 
@@ -607,13 +641,13 @@ def test_error_bars_of_the_noise_level_allow_for_the_ratio() -> None:
 
 def test_the_noise_level_makes_no_use_of_dark_frames() -> None:
     with pytest.raises(ParameterError, match=r"^nlf makes no use of dark frames: .*likelihood$"):
-        NoiseLevelSearch().calibrate(table_of("srgb"), dark=dark_levels("srgb", 1000))
+        noise_level_search().calibrate(table_of("srgb"), dark=dark_levels("srgb", 1000))
 
 
 def test_the_noise_level_takes_a_prior_and_tells_when_it_is_done() -> None:
     shares: list[float] = []
 
-    found = NoiseLevelSearch(prior=measured_prior(256)).calibrate(
+    found = noise_level_search(prior=measured_prior(256)).calibrate(
         table_of("srgb"), channel="B", progress=shares.append
     )
 
@@ -646,7 +680,7 @@ def test_error_bars_are_as_wide_as_errors_over_many_cameras(method: str) -> None
         frames = simulate_frames(light, truth, AffineNoise.from_8bit(slope, floor), seed=seed)
         table = Cooccurrence.of_pair(*frames)
 
-        case = Case(truth, table, CALIBRATORS[method]().calibrate(table))
+        case = Case(truth, table, METHODS[method]().calibrate(table))
 
         covered.append(case.covered)
         error = (case.found.inverse_lut - truth.inverse(LEVELS))[1:-1]

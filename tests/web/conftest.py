@@ -55,7 +55,7 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Two small shots of one scene."""
     folder = tmp_path_factory.mktemp("frames")
     scene = np.random.default_rng(3).uniform(size=(240, 320))
-    noise = AffineNoise.from_8bit(0.03, 16)
+    noise = AffineNoise.of_sensor(1_500, 5)
     paths = []
     for number, levels in enumerate(simulate_frames(scene, named_curve("srgb"), noise), start=1):
         path = folder / f"shot_{number}.png"

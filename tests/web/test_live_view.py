@@ -17,7 +17,7 @@ SHAPE = "width=320&height=240&kind=luma&full=1"
 
 def luma(n_frames: int) -> list[bytes]:
     scene = np.random.default_rng(3).uniform(size=(240, 320))
-    noise = AffineNoise.from_8bit(0.03, 16)
+    noise = AffineNoise.of_sensor(1_500, 5)
     frames = simulate_frames(scene, named_curve("srgb"), noise, n_frames=n_frames, seed=1)
     return [levels.tobytes() for levels in frames]
 

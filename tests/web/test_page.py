@@ -519,7 +519,7 @@ def test_the_camera_is_watched(
 ) -> None:
     """Chromium's pretended camera plays frames that are made here, and the curve is found."""
     scene = np.random.default_rng(3).uniform(size=(240, 320))
-    noise, grey = AffineNoise.from_8bit(0.03, 16), np.full(2 * 120 * 160, 128, np.uint8).tobytes()
+    noise, grey = AffineNoise.of_sensor(1_500, 5), np.full(2 * 120 * 160, 128, np.uint8).tobytes()
     film = tmp_path / "film.y4m"
     with film.open("wb") as file:
         file.write(b"YUV4MPEG2 W320 H240 F15:1 Ip A1:1 C420jpeg\n")

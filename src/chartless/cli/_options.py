@@ -50,7 +50,7 @@ def parse_pair(text: str) -> tuple[float, float]:
     try:
         slope, floor = (float(part) for part in text.split(","))
     except ValueError:
-        msg = f"noise must be two numbers U,V such as 0.03,16, not {text!r}"
+        msg = f"noise must be two numbers U,V such as 0.17,0.7, not {text!r}"
         raise ParameterError(msg) from None
     return slope, floor
 

@@ -9,7 +9,7 @@ from chartless.cli._options import AsJson
 from chartless.cli._terminal import print_json, print_summary, progress_bar
 
 _RESPONSE = "srgb"
-_U, _V = 0.03, 16.0  # in 8-bit units: a compact camera at high ISO
+_ELECTRONS, _READ = 1_500, 5  # at white, and the noise of reading: high ISO
 _SEED = 1
 
 
@@ -41,7 +41,7 @@ def demo(
     from chartless.workflow import calibrate
 
     truth = named_curve(_RESPONSE)
-    noise = AffineNoise.from_8bit(_U, _V)
+    noise = AffineNoise.of_sensor(_ELECTRONS, _READ)
     scene = named_curve("srgb").inverse(np.asarray(astronaut()) / 255)
     *frames, _ = write_simulation(
         output,
@@ -60,12 +60,16 @@ def demo(
     save_figure(overview(calibration, truth=truth), output / "report.png")
 
     errors = [rmse(response.curve, truth) for response in calibration.channels]
+    sensor = {"electrons": _ELECTRONS, "read": _READ}
     uncalibrated = rmse(named_curve("linear"), truth)
     if as_json:
-        comparison = {"rmse": errors, "rmse_linear": uncalibrated, "U": _U, "V": _V}
+        comparison = {"rmse": errors, "rmse_linear": uncalibrated, **sensor}
         print_json({**to_json(calibration), "truth": comparison})
         return
-    print(f"truth: response {_RESPONSE}, noise U = {_U}, V = {_V}; two frames of 512 × 512\n")
+    print(
+        f"truth: response {_RESPONSE}, sensor of {_ELECTRONS} electrons read with {_READ}; "
+        "two frames of 512 × 512\n"
+    )
     print_summary(calibration, errors)
     print(f"\nRMSE without calibration (linear camera): {uncalibrated:.4f}")
     print(f"{output}: frame_1.png frame_2.png camera.json linear.exr report.png truth.json")

@@ -24,7 +24,7 @@ def simulate(
             help="Response: srgb, linear, MODEL:params such as gamma:0.45, or a CSV file."
         ),
     ] = "srgb",
-    noise: Annotated[str, typer.Option(help="Noise U,V in 8-bit units.")] = "0.03,16",
+    noise: Annotated[str, typer.Option(help="Noise U,V in 8-bit units.")] = "0.17,0.7",
     frames: Annotated[int, typer.Option(min=1, help="How many frames.")] = 2,
     bits: Annotated[int, typer.Option(help="Bit depth of the frames: 8 or 16.")] = 8,
     seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal frames.")] = 0,
@@ -42,7 +42,7 @@ def simulate(
 
     \b
     Example:
-        chartless simulate photo.jpg --undo srgb --response gamma:0.45 --noise 0.03,16 -o sim
+        chartless simulate photo.jpg --undo srgb --response gamma:0.45 --noise 0.17,0.7 -o sim
         chartless calibrate sim/frame_*.png -o sim/camera.json
         chartless show sim/camera.json --truth sim/truth.json
     """

@@ -44,7 +44,7 @@ def watch(
         typer.Option(
             min=0.0, help="Stop when the curve is known to so much of the light at white; 0: never."
         ),
-    ] = 0.02,
+    ] = 0.045,
     window: Annotated[
         int, typer.Option(min=10, help="Keep so many pairs of frames and forget older ones.")
     ] = 100,
@@ -63,7 +63,7 @@ def watch(
     \b
     Example:
         chartless watch /dev/video0 -o camera.json
-        chartless watch clip.mp4 --until 0.015 -o camera.json --report camera.html
+        chartless watch clip.mp4 --until 0.03 -o camera.json --report camera.html
     """
     from chartless.images import digest, read_video
     from chartless.live import LiveEvidence, lacking, live_calibration

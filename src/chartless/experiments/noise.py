@@ -32,7 +32,7 @@ from chartless.methods import (
     SimilaritySearch,
 )
 from chartless.models import MODELS, UNIFORM_IRRADIANCE, AbstractModel, Basis, Emor, principal_basis
-from chartless.noise import AffineNoise
+from chartless.noise import CAMERAS_OF_2008, AffineNoise
 from chartless.result.response import rmse
 from chartless.simulate import simulate_frames
 from chartless.types import Counts, Floats, JsonObject
@@ -329,10 +329,10 @@ def methods_for(
     for method in methods:
         kind, name = method.split("/")
         if kind == "nlf":
-            yield method, NoiseLevelSearch(prior=prior)
+            yield method, NoiseLevelSearch(prior=prior, noise_prior=CAMERAS_OF_2008)
         elif kind == "likelihood":
             family = None if name in ("default", "dark") else MODELS[name]
-            yield method, LikelihoodSearch(model=family, prior=prior)
+            yield method, LikelihoodSearch(model=family, prior=prior, noise_prior=CAMERAS_OF_2008)
         else:
             yield (
                 method,

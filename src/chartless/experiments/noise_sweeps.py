@@ -38,7 +38,7 @@ from chartless.images import through_jpeg
 from chartless.inference.information import free_bound, pair_bound
 from chartless.methods import LikelihoodSearch, SimilaritySearch
 from chartless.models import AmeegcExact
-from chartless.noise import AffineNoise
+from chartless.noise import CAMERAS_OF_2008, AffineNoise
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, JsonObject, Levels
 
@@ -171,7 +171,7 @@ def _case(case: NoiseCase, camera: Camera, path: Path, dorf: Dorf) -> JsonObject
         table += Cooccurrence.of_pair(first, second)
     prior = curve_prior(dorf, case.row)
     similarity = SimilaritySearch(rounds=ROUNDS, iterations=ITERATIONS, tolerance=0.0)
-    likelihood = LikelihoodSearch(prior=prior)
+    likelihood = LikelihoodSearch(prior=prior, noise_prior=CAMERAS_OF_2008)
     nearest = fit(AmeegcExact(), irradiance, brightness)
     of_family = pair_bound(AmeegcExact(), nearest.parameters, noise, scene, table.n_pairs)
     edges = truth.inverse(bin_edges(table.n_levels)[1:-1])

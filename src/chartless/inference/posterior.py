@@ -24,20 +24,23 @@ from chartless.errors import ParameterError
 from chartless.evidence.noise.likelihood import DARK_PIXELS, PairCounts
 from chartless.evidence.noise.stabilised import log_extent, warped
 from chartless.inference.terms import AbstractFit, AbstractTerm, PairFit
-from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, TYPICAL_SPREAD, AffineNoise
+from chartless.noise import CAMERAS_OF_2008, AffineNoise, NoisePrior
 from chartless.types import Bools, Floats
 
 PAIR_WEIGHT = 0.2
 """Of a pair of pixels in the likelihood."""
 RIDGE_PAIRS = 30_000
 """Weighted pairs that tell ratios apart, at most."""
-RATIOS = (0.005, 0.013, 0.032, 0.08, 0.2, 0.5, 1.25, 3.1, 7.8, 20.0, 50.0)
+RATIOS = (
+    *(0.005, 0.013, 0.032, 0.08, 0.2, 0.5, 1.25, 3.1, 7.8, 20.0, 50.0),
+    *(125.0, 310.0, 780.0, 2000.0, 5000.0),
+)
 """Ratios r = u/v at which modes are sought."""
 _MOST_STEPS, _MOST_TRIALS = 40, 12
 _SETTLED = 0.1  # gain in nats
 _LONGEST = 3.0  # step of any coordinate
 _ROUNDING = 1e-9
-_DROP = 1.5  # nats
+_DROP = 3.0  # nats
 _REFINEMENTS = 10
 _WIDEST = 2.5  # distance of modes at the peak in deviations of the evidence
 _DRAWS = 256  # pairs of curves from the posterior
@@ -98,7 +101,7 @@ class Mode:
     @property
     def ratio(self) -> float:
         """R = u/v."""
-        return float(np.exp(self.state.log_noise[0] - self.state.log_noise[1]))
+        return self.noise.ratio
 
 
 def maximise(
@@ -106,6 +109,7 @@ def maximise(
     space: AbstractCurveSpace,
     start: State,
     *,
+    noise_prior: NoisePrior = CAMERAS_OF_2008,
     hold_ratio: bool = True,
     tolerance: float = _SETTLED,
 ) -> Mode:
@@ -117,6 +121,7 @@ def maximise(
         Whose log-likelihoods are added.
     space : AbstractCurveSpace
     start : State
+    noise_prior : NoisePrior
     hold_ratio : bool
         Whether u/v stays what it is at the start. Level pairs of one exposure hardly tell it.
     tolerance : float
@@ -124,7 +129,7 @@ def maximise(
     """
     # At fixed r, ln u and ln v move together.
     mix = np.ones((1, 2)) if hold_ratio else np.eye(2)
-    prior = _Prior(space, terms, mix)
+    prior = _Prior(space, terms, noise_prior, mix)
     held = np.concatenate(
         [np.zeros(space.mean.size + len(mix), dtype=bool), *(term.own_held for term in terms)]
     )
@@ -212,15 +217,18 @@ class _Prior:
     """Of coordinates, noise and the own unknowns of the terms."""
 
     def __init__(
-        self, space: AbstractCurveSpace, terms: Sequence[AbstractTerm], mix: Floats
+        self,
+        space: AbstractCurveSpace,
+        terms: Sequence[AbstractTerm],
+        noise: NoisePrior,
+        mix: Floats,
     ) -> None:
-        centre = AffineNoise.from_8bit(*TYPICAL_8BIT)
-        self._log_noise = np.log([centre.slope, centre.floor])
+        self._log_noise, self._noise_precision = noise.mean, noise.precision
         self._mix = mix
         self._centres = [space.mean, *(term.own_mean for term in terms)]
         self._precisions = [space.precision, *(term.own_precision for term in terms)]
         curve, *rest = self._precisions
-        self.precision = block_diag(curve, mix @ mix.T / TYPICAL_SPREAD**2, *rest)
+        self.precision = block_diag(curve, mix @ noise.precision @ mix.T, *rest)
 
     def log_density(self, state: State) -> float:
         squares = sum(float(away @ pull) for away, pull in self._away(state))
@@ -228,10 +236,10 @@ class _Prior:
 
     def log_density_of_noise(self, state: State) -> float:
         away = state.log_noise - self._log_noise
-        return -0.5 * float(away @ away) / TYPICAL_SPREAD**2
+        return -0.5 * float(away @ self._noise_precision @ away)
 
     def gradient(self, state: State) -> Floats:
-        noise = self._mix @ (state.log_noise - self._log_noise) / TYPICAL_SPREAD**2
+        noise = self._mix @ self._noise_precision @ (state.log_noise - self._log_noise)
         (_, curve), *rest = self._away(state)
         return -np.concatenate([curve, noise, *(pull for _, pull in rest)])
 
@@ -291,17 +299,12 @@ def _expanded(
     return gradient, in_coordinates(information, n_inner, pull)
 
 
-def predicted(
-    terms: Sequence[AbstractTerm], space: AbstractCurveSpace, mode: Mode, ratio: float
-) -> State:
+def predicted(space: AbstractCurveSpace, mode: Mode, ratio: float) -> State:
     """State at another ratio with the same noise level at every brightness."""
     before = mode.ratio
     edges = warped(mode.edges, before, ratio)
     log_floor = float(mode.state.log_noise[1]) + 2 * (log_extent(ratio) - log_extent(before))
-    own = tuple(
-        term.at_ratio(own, before, ratio) for term, own in zip(terms, mode.state.own, strict=True)
-    )
-    return State.at_ratio(ratio, space.nearest(edges), log_floor, own)
+    return State.at_ratio(ratio, space.nearest(edges), log_floor, mode.state.own)
 
 
 def ridge(
@@ -310,9 +313,10 @@ def ridge(
     start: State,
     share: float,
     *,
+    noise_prior: NoisePrior = CAMERAS_OF_2008,
     on_mode: Callable[[int], None] | None = None,
 ) -> list[Mode]:
-    """Modes at `RATIOS`, each found from its neighbour, from `TYPICAL_RATIO` outward both ways.
+    """Modes at `RATIOS`, each found from its neighbour, from the start outward both ways.
 
     A way ends where the evidence, weighted as it will be, has fallen so far that what lies
     beyond adds nothing.
@@ -322,35 +326,41 @@ def ridge(
     terms : sequence of AbstractTerm
     space : AbstractCurveSpace
     start : State
-        At `TYPICAL_RATIO`.
+        At a usual ratio, which takes the place of the nearest of `RATIOS`.
     share : float
         Weight of the pairs' evidence along the ridge, see `ridge_share`.
+    noise_prior : NoisePrior
     on_mode : callable, optional
         Called with the number of modes found, at most that of `RATIOS`.
     """
-    places = {RATIOS.index(TYPICAL_RATIO): maximise(terms, space, start)}
-    first = next(iter(places))
-    best = _weighted(places[first], share)
+    first = int(np.abs(np.log(np.divide(RATIOS, start.noise.ratio))).argmin())
+    places = {first: maximise(terms, space, start, noise_prior=noise_prior)}
+    best = weighted(places[first], share)
     for way in (1, -1):
         place = first
-        while 0 <= place + way < len(RATIOS) and _weighted(places[place], share) > best - _DROP:
+        while 0 <= place + way < len(RATIOS) and weighted(places[place], share) > best - _DROP:
             ratio = RATIOS[place + way]
-            begin = predicted(terms, space, places[place], ratio)
+            begin = predicted(space, places[place], ratio)
             place += way
-            places[place] = maximise(terms, space, begin)
-            best = max(best, _weighted(places[place], share))
+            places[place] = maximise(terms, space, begin, noise_prior=noise_prior)
+            best = max(best, weighted(places[place], share))
             if on_mode is not None:
                 on_mode(len(places))
-    return _refined(terms, space, [places[place] for place in sorted(places)], share)
+    modes = [places[place] for place in sorted(places)]
+    return _refined(terms, space, modes, share, noise_prior)
 
 
 def _refined(
-    terms: Sequence[AbstractTerm], space: AbstractCurveSpace, modes: list[Mode], share: float
+    terms: Sequence[AbstractTerm],
+    space: AbstractCurveSpace,
+    modes: list[Mode],
+    share: float,
+    noise_prior: NoisePrior,
 ) -> list[Mode]:
     """Add modes where the evidence is narrower than their distance, as with dark frames."""
     for _ in range(_REFINEMENTS):
         x = np.log([mode.ratio for mode in modes])
-        y = np.array([_weighted(mode, share) for mode in modes])
+        y = np.array([weighted(mode, share) for mode in modes])
         best = int(y.argmax())
         if not 0 < best < len(modes) - 1:
             break
@@ -366,7 +376,8 @@ def _refined(
             peak = x[best] + (deviation if right > left else -deviation)
         ratio = float(np.exp(peak))
         near = modes[int(np.abs(x - peak).argmin())]
-        found = maximise(terms, space, predicted(terms, space, near, ratio))
+        begin = predicted(space, near, ratio)
+        found = maximise(terms, space, begin, noise_prior=noise_prior)
         modes = sorted([*modes, found], key=lambda mode: mode.ratio)
     return modes
 
@@ -378,7 +389,8 @@ def ridge_share(counts: PairCounts, space: AbstractCurveSpace) -> float:
     return min(1.0, RIDGE_PAIRS / max(counts.weight * counts.n_pairs, 1.0))
 
 
-def _weighted(mode: Mode, share: float) -> float:
+def weighted(mode: Mode, share: float) -> float:
+    """Evidence of a mode, that of the pairs at their weight along the ridge, see `ridge_share`."""
     return share * (mode.log_evidence - mode.known) + mode.known
 
 
@@ -439,7 +451,7 @@ def integrated(
         single mode, mean and deviation.
     """
     log_ratios = np.log([mode.ratio for mode in modes])
-    evidence = np.array([_weighted(mode, share) for mode in modes])
+    evidence = np.array([weighted(mode, share) for mode in modes])
     top = int(evidence.argmax())
     best = modes[top]
     curves = np.array([at_levels(mode.edges) for mode in modes])

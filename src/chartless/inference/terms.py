@@ -20,7 +20,7 @@ from chartless.evidence.noise.likelihood import (
     Scene,
     scene_precision,
 )
-from chartless.evidence.noise.stabilised import warped
+from chartless.evidence.noise.stabilised import on_even_scale
 from chartless.noise import AffineNoise
 from chartless.types import Bools, Floats
 
@@ -74,11 +74,6 @@ class AbstractTerm(ABC):
         """Own unknowns without what makes no difference."""
         return own
 
-    def at_ratio(self, own: Floats, ratio: float, other: float) -> Floats:
-        """Own unknowns that go with a curve warped to another ratio of the noise parameters."""
-        del ratio, other
-        return own
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,22 +95,12 @@ class PairTerm(AbstractTerm):
 
     @override
     def fit(self, edges: Floats, noise: AffineNoise, own: Floats) -> "PairFit":
-        return PairFit(PairModel(edges, noise, Scene(self._nodes, own)), self.counts)
+        nodes = on_even_scale(self.n_nodes, noise.ratio)
+        return PairFit(PairModel(edges, noise, Scene(nodes, own)), self.counts)
 
     @override
     def normalised(self, own: Floats) -> Floats:
         return np.asarray(own - own.mean())
-
-    @override
-    def at_ratio(self, own: Floats, ratio: float, other: float) -> Floats:
-        nodes = self._nodes
-        moved = warped(nodes, ratio, other)
-        log_weights = own - np.log(np.gradient(moved, nodes))
-        return np.asarray(np.interp(nodes, moved, log_weights - log_weights.mean()))
-
-    @property
-    def _nodes(self) -> Floats:
-        return np.linspace(0, 1, self.n_nodes)
 
 
 @final

@@ -2,14 +2,15 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import ClassVar, NamedTuple
+from dataclasses import asdict, dataclass, fields
+from typing import Any, ClassVar, NamedTuple
 
 from chartless._registry import Registry
 from chartless.errors import ParameterError
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.raw.gather import RawBlocks
+from chartless.noise import NoisePrior
 from chartless.result.response import Response
 from chartless.types import Counts, JsonObject
 
@@ -61,7 +62,7 @@ class AbstractCalibrator(ABC):
         """Settings a user may choose, as JSON types: what makes a result reproducible."""
         named = {each.name: getattr(self, each.name) for each in fields(self)}
         return {
-            name: list(value) if isinstance(value, tuple) else value
+            name: _as_json(value)
             for name, value in named.items()
             if name not in ("model", "objective", "prior")
         }
@@ -135,6 +136,12 @@ class AbstractCalibrator(ABC):
     def _estimate(
         self, evidence: ChannelEvidence, progress: ChannelProgress | None
     ) -> Response: ...
+
+
+def _as_json(setting: object) -> Any:  # noqa: ANN401 - whatever JSON holds
+    if isinstance(setting, NoisePrior):
+        return {name: _as_json(value) for name, value in asdict(setting).items()}
+    return list(setting) if isinstance(setting, tuple) else setting
 
 
 CALIBRATORS: Registry[Callable[..., AbstractCalibrator]] = Registry("method")

@@ -38,8 +38,9 @@ from chartless.inference.posterior import (
     ridge,
     ridge_share,
     std_with_dark,
+    weighted,
 )
-from chartless.inference.terms import AbstractTerm, ExposureFit, ExposureTerm, PairFit, PairTerm
+from chartless.inference.terms import ExposureFit, ExposureTerm, PairFit, PairTerm
 from chartless.methods._base import (
     CALIBRATORS,
     AbstractCalibrator,
@@ -47,7 +48,7 @@ from chartless.methods._base import (
     ChannelProgress,
 )
 from chartless.models import AbstractModel
-from chartless.noise import TYPICAL_RATIO, AffineNoise
+from chartless.noise import SENSORS, AffineNoise, NoisePrior
 from chartless.result.response import ExposureEstimate, NoiseError, Response, SeenTransfer, Status
 from chartless.types import Counts, Floats
 
@@ -71,6 +72,7 @@ _OTHER_EXPOSURES, _OTHER_BY_LOSSY = 0.05, 0.1
 # levels hold least of what is bright (benchmarks/files.py, PNG and JPEG).
 _UNSEEN, _UNSEEN_LOSSY = 0.5, 1.5
 _QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
+_NO_PART = 10.0  # nats
 _FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
 _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
 _SCENE_STEPS = 8  # of expectation maximisation, for a first scene
@@ -94,8 +96,12 @@ class Found:
 
     @property
     def settled(self) -> bool:
-        """Whether all searches came to their end."""
-        return all(mode.settled for mode in self.modes)
+        """Whether all searches came to their end, of modes that have a part in the result."""
+        evidence = [weighted(mode, self.share) for mode in self.modes]
+        least = max(evidence) - _NO_PART
+        return all(
+            mode.settled for mode, each in zip(self.modes, evidence, strict=True) if each > least
+        )
 
 
 @final
@@ -116,6 +122,8 @@ class LikelihoodSearch(AbstractCalibrator):
     prior : CurvePrior, optional
         Of the log slopes, instead of `chartless.curves.prior.measured_prior`: for experiments
         that leave cameras out.
+    noise_prior : NoisePrior
+        Of the noise of one exposure, which hardly tells the ratio u/v itself.
     weight : float
         Of a pair of pixels in the likelihood. Below 1 it allows for what the model
         leaves out: the histogram of the scene between its nodes, digitised curves.
@@ -131,6 +139,7 @@ class LikelihoodSearch(AbstractCalibrator):
 
     model: AbstractModel | None = None
     prior: CurvePrior | None = None
+    noise_prior: NoisePrior = SENSORS
     weight: float = PAIR_WEIGHT
 
     def __post_init__(self) -> None:
@@ -232,13 +241,14 @@ class LikelihoodSearch(AbstractCalibrator):
         weight = self.weight * independent_share(n_frames)
         counts = PairCounts.of(still.table, dark=dark, weight=weight)
         space = self._space(counts.n_levels)
-        start, scene = noise_level_start(counts, self._prior(counts.n_levels))
+        usual = self.noise_prior.centre
+        start, scene = noise_level_start(counts, self._prior(counts.n_levels), usual)
         term = PairTerm(counts, scene.nodes.size)
         begin = State.at_ratio(
-            TYPICAL_RATIO, space.nearest(start.edges), start.log_floor, (scene.log_weights,)
+            usual.ratio, space.nearest(start.edges), start.log_floor, (scene.log_weights,)
         )
         share = ridge_share(counts, space)
-        modes = ridge([term], space, begin, share, on_mode=on_mode)
+        modes = ridge([term], space, begin, share, noise_prior=self.noise_prior, on_mode=on_mode)
         return Found(space, modes, share, still, None)
 
     def _of_exposures(
@@ -258,30 +268,32 @@ class LikelihoodSearch(AbstractCalibrator):
         own[0] = np.log(_FIRST_SCATTER)
         own[1:first] = np.log([noise.slope, noise.floor])[: first - 1]
         own[first:] = start.log_exposure_changes[: own.size - first]
-        terms: list[AbstractTerm] = [ExposureTerm(exposures)]
-        unknowns = [own]
-        if still is not None:
-            # One search for all: pairs count as they would along the ridge.
-            weight = self.weight * independent_share(n_frames)
-            most = RIDGE_PAIRS / max(still.table.n_pairs, 1)
-            counts = PairCounts.of(still.table, dark=dark, weight=min(weight, most))
-            level, _ = noise_level_start(counts, prior)
-            noise = level.noise(TYPICAL_RATIO)
-            scene = with_scene(start.edges, noise, counts, _SCENE_STEPS).scene
-            terms.append(PairTerm(counts, scene.nodes.size))
-            unknowns.append(scene.log_weights - scene.log_weights.mean())
-        begin = State(
-            space.nearest(start.edges), np.log([noise.slope, noise.floor]), tuple(unknowns)
+        begin = State(space.nearest(start.edges), np.log([noise.slope, noise.floor]), (own,))
+        look = maximise(
+            [ExposureTerm(exposures)], space, begin, hold_ratio=False, tolerance=_FIRST_SETTLED
         )
-        look = maximise(terms, space, begin, hold_ratio=still is not None, tolerance=_FIRST_SETTLED)
-        (fit,) = (each for each in look.fits if isinstance(each, ExposureFit))
+        (fit,) = look.fits
+        assert isinstance(fit, ExposureFit)
         exposures, own = fit.model.informed()
-        terms[0] = ExposureTerm(exposures)
-        begin = replace(look.state, own=(own, *look.state.own[1:]))
+        term = ExposureTerm(exposures)
         if still is None:
-            modes = [maximise(terms, space, begin, hold_ratio=False)]
-        else:
-            modes = ridge(terms, space, begin, 1.0, on_mode=on_mode)
+            begin = replace(look.state, own=(own,))
+            modes = [maximise([term], space, begin, hold_ratio=False)]
+            return Found(space, modes, 1.0, still, exposures)
+        # One search for all: pairs count as they would along the ridge, which begins where the
+        # noise of the bracket is.
+        weight = self.weight * independent_share(n_frames)
+        most = RIDGE_PAIRS / max(still.table.n_pairs, 1)
+        counts = PairCounts.of(still.table, dark=dark, weight=min(weight, most))
+        slope, floor = fit.model.noise.slope, fit.model.noise.floor
+        noise = AffineNoise(max(slope, RATIOS[0] * floor), max(floor, slope / RATIOS[-1]))
+        scene = with_scene(look.edges, noise, counts, _SCENE_STEPS).scene
+        log_weights = scene.log_weights - scene.log_weights.mean()
+        begin = State(
+            look.state.coordinates, np.log([noise.slope, noise.floor]), (own, log_weights)
+        )
+        terms = [term, PairTerm(counts, scene.nodes.size)]
+        modes = ridge(terms, space, begin, 1.0, noise_prior=self.noise_prior, on_mode=on_mode)
         return Found(space, modes, 1.0, still, exposures)
 
     def _response(self, channel: str, found: Found, others: list[list[Mode]]) -> Response:

@@ -22,7 +22,7 @@ from chartless.methods._base import (
     ChannelEvidence,
     ChannelProgress,
 )
-from chartless.noise import TYPICAL_RATIO, TYPICAL_SPREAD
+from chartless.noise import SENSORS, NoisePrior
 from chartless.result.response import Response, Status
 
 
@@ -39,9 +39,12 @@ class NoiseLevelSearch(AbstractCalibrator):
     prior : CurvePrior, optional
         Of the log slopes, instead of `chartless.curves.prior.measured_prior`: for experiments
         that leave cameras out.
+    noise_prior : NoisePrior
+        The curve is that of its median ratio.
     """
 
     prior: CurvePrior | None = None
+    noise_prior: NoisePrior = SENSORS
 
     @property
     @override
@@ -54,13 +57,14 @@ class NoiseLevelSearch(AbstractCalibrator):
         prior = self.prior or measured_prior(table.n_levels)
         still, outliers = without_outliers(table)
         counts = PairCounts.of(still)
-        fit, scene = noise_level_start(counts, prior)
-        model = PairModel(fit.edges, fit.noise(TYPICAL_RATIO), scene)
+        fit, scene = noise_level_start(counts, prior, self.noise_prior.centre)
+        ratio = self.noise_prior.centre.ratio
+        model = PairModel(fit.edges, fit.noise(ratio), scene)
         inverse = at_levels(fit.edges)
         space = free_curve(table.n_levels) if self.prior is None else FreeCurve(prior)
-        spread = np.sqrt(2) * TYPICAL_SPREAD  # of ln r
+        spread = self.noise_prior.ratio_spread
         low, high = (
-            at_levels(warped(fit.edges, TYPICAL_RATIO, TYPICAL_RATIO * float(np.exp(step))))
+            at_levels(warped(fit.edges, ratio, ratio * float(np.exp(step))))
             for step in (-spread, spread)
         )
         within = deviations_at_levels(space.pull(fit.log_slopes), fit.covariance, table.n_levels)
@@ -69,7 +73,7 @@ class NoiseLevelSearch(AbstractCalibrator):
         response = Response(
             name=evidence.channel,
             curve=SampledCurve.from_inverse(inverse),
-            noise=fit.noise(TYPICAL_RATIO),
+            noise=fit.noise(ratio),
             n_levels=table.n_levels,
             observed_levels=table.observed_levels,
             n_pairs=table.n_pairs,

@@ -265,7 +265,8 @@ class ExposureModel:
             )
             for table in counts.tables
         ]
-        self._edges, self._noise, self._own = edges, noise, own
+        self._edges, self._own = edges, own
+        self.noise = noise
 
     def log_likelihood(self) -> float:
         """Σ C ln P over all tables."""
@@ -310,7 +311,7 @@ class ExposureModel:
             replace(
                 table,
                 weight=rows.weight(),
-                shift=_shift(table.histogram, self._edges, self._noise),
+                shift=_shift(table.histogram, self._edges, self.noise),
                 noise=rows.relative_noise() if keeps else None,
             )
             for table, rows in zip(counts.tables, self._rows, strict=True)

@@ -23,6 +23,7 @@ import numpy as np
 from scipy.special import gammaln, ndtr, xlogy
 
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.stabilised import log_extent, on_even_scale
 from chartless.noise import AffineNoise
 from chartless.types import Counts, Floats
 
@@ -79,7 +80,7 @@ class Scene:
     """Distribution of true irradiance over the scene: weights at nodes."""
 
     nodes: Floats
-    """Irradiance, uniform from 0 to 1, shape (K,)."""
+    """Irradiance, increasing from 0 to 1, shape (K,)."""
     log_weights: Floats
     """ln p up to a constant, shape (K,)."""
 
@@ -299,13 +300,14 @@ class PairModel:
 
 def n_nodes_for(noise: AffineNoise) -> int:
     """Nodes of a scene that lie close enough for the noise."""
-    return max(SCENE_NODES, int(np.ceil(1 / (_SPACING * np.sqrt(noise.floor)))))
+    extent = float(np.exp(log_extent(noise.ratio))) / np.sqrt(noise.floor)
+    return max(SCENE_NODES, int(np.ceil(extent / _SPACING)))
 
 
 def even_scene(noise: AffineNoise) -> Scene:
     """Scene of equal weights, at nodes fine enough for the noise as far as time allows."""
     n_nodes = min(n_nodes_for(noise), _MOST_NODES)
-    return Scene(np.linspace(0, 1, n_nodes), np.zeros(n_nodes))
+    return Scene(on_even_scale(n_nodes, noise.ratio), np.zeros(n_nodes))
 
 
 def with_scene(edges: Floats, noise: AffineNoise, counts: PairCounts, steps: int) -> PairModel:

@@ -16,6 +16,15 @@ def warped(irradiance: Floats, ratio: float, other: float) -> Floats:
     return np.asarray((root**2 - 1) / other)
 
 
+def on_even_scale(n_places: int, ratio: float) -> Floats:
+    """Irradiance at places that are even on the stabilised scale, from 0 to 1, shape (n_places,).
+
+    At any other ratio the same places are these, `warped`.
+    """
+    places, root = np.linspace(0, 1, n_places), np.sqrt(1 + ratio)
+    return np.asarray(places * (2 + (root - 1) * places) / (root + 1))
+
+
 def log_extent(ratio: float) -> float:
     """Logarithm of T over the whole range, at v = 1."""
-    return float(np.log(2 * np.expm1(0.5 * np.log1p(ratio)) / ratio))
+    return float(np.log(2 / (np.sqrt(1 + ratio) + 1)))

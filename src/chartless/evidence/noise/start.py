@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from chartless.curves.prior import CurvePrior, bin_edges, irradiance_at_edges
 from chartless.evidence.noise.cooccurrence import difference_moments
 from chartless.evidence.noise.likelihood import PairCounts, PairModel, Scene, with_scene
-from chartless.noise import TYPICAL_8BIT, TYPICAL_RATIO, AffineNoise
+from chartless.noise import AffineNoise
 from chartless.types import Floats, Indices
 
 _ROUNDS = 4
@@ -84,19 +84,19 @@ def noise_levels(pairs: Floats) -> tuple[Floats, Floats]:
 def fit_noise_levels(
     seen: tuple[Floats, Floats],
     prior: CurvePrior,
-    ratio: float,
+    usual: AffineNoise,
     *,
     seen_share: Floats | float = 1.0,
 ) -> NoiseLevelFit:
-    """Curve and floor at a ratio r of the noise parameters.
+    """Curve and floor at the ratio of usual noise.
 
     Parameters
     ----------
     seen : (ndarray, ndarray) of shapes (L,)
         Variance and number of pairs about each level, by `noise_levels`.
     prior : CurvePrior
-    ratio : float
-        r = u/v.
+    usual : AffineNoise
+        Its ratio u/v is kept, its floor is a first guess.
     seen_share : ndarray of shape (L,) or float
         What `noise_levels` sees of the variance at each level: the histogram of the scene and the
         bend of the curve make it more or less than all.
@@ -106,7 +106,7 @@ def fit_noise_levels(
     NoiseLevelFit
     """
     n_levels = prior.n_levels
-    log_floor = float(np.log(AffineNoise.from_8bit(*TYPICAL_8BIT).floor))
+    log_floor = float(np.log(usual.floor))
     variance, counts = seen
     deviation = np.sqrt(np.maximum(variance / seen_share, _LEAST_VARIANCE))
     level = np.arange(n_levels)
@@ -126,7 +126,7 @@ def fit_noise_levels(
         edges = irradiance_at_edges(slopes)
         middle = 0.5 * (edges[1:] + edges[:-1])[used]
         expected = prior.mean[used] - 0.5 * log_floor
-        away = cho_solve(gain, observed + 0.5 * np.log1p(ratio * middle) - expected)
+        away = cho_solve(gain, observed + 0.5 * np.log1p(usual.ratio * middle) - expected)
         slopes = prior.mean + prior.covariance[:, used] @ away
         half_floor = 0.5 * log_floor - _FLOOR_SPREAD**2 * float(away.sum())
     # Slopes that do not add up to one stand for another floor.
@@ -138,17 +138,17 @@ def fit_noise_levels(
 
 
 def noise_level_start(
-    counts: PairCounts, prior: CurvePrior, ratio: float = TYPICAL_RATIO
+    counts: PairCounts, prior: CurvePrior, usual: AffineNoise
 ) -> tuple[NoiseLevelFit, Scene]:
-    """Curve and floor at a ratio, and the scene that goes with them.
+    """Curve and floor at the ratio of usual noise, and the scene that goes with them.
 
     The noise level is fitted twice: the first fit tells what the differences of pairs show of
     the variance, given the histogram of the scene; the second allows for it.
     """
     seen = noise_levels(counts.pairs)
-    first = fit_noise_levels(seen, prior, ratio)
-    model = with_scene(first.edges, first.noise(ratio), counts, _SCENE_STEPS)
-    fit = fit_noise_levels(seen, prior, ratio, seen_share=_seen_share(model))
+    first = fit_noise_levels(seen, prior, usual)
+    model = with_scene(first.edges, first.noise(usual.ratio), counts, _SCENE_STEPS)
+    fit = fit_noise_levels(seen, prior, usual, seen_share=_seen_share(model))
     log_weights = model.scene.log_weights
     return fit, Scene(model.scene.nodes, log_weights - log_weights.mean())
 
