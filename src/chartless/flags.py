@@ -78,6 +78,13 @@ class Flag(_Advice):
             "compression: switch these off or use a higher quality"
         ),
     )
+    COMPRESSED = (
+        "compressed",
+        (
+            "the files are compressed with losses, which changes the noise that the curve is read "
+            "from: give lossless files or an exposure bracket"
+        ),
+    )
     CORRELATED_CHANNELS = (
         "correlated-channels",
         (

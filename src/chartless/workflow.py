@@ -381,7 +381,8 @@ def _read(
     """Read the evidence that was planned, and screen it."""
     if not plan.bracket:
         noise = _noise(items, progress, jobs, scheduler, common)
-        own = dict(screen(noise.tables, noise.checks))
+        lossy = any(source.lossy for source in noise.sources)
+        own = dict(screen(noise.tables, noise.checks, lossy=lossy))
         return _Read(plan.reason, own, noise.sources, noise.bit_depth, noise.n_levels, noise=noise)
     places = itertools.count(1)
 

@@ -313,6 +313,22 @@ def test_something_that_moved_in_the_scene_is_noticed(
     assert found & {"refused", "structured-difference"}, found
 
 
+@pytest.mark.parametrize(("suffix", "compressed"), [("png", False), ("jpg", True)])
+def test_frames_that_were_compressed_are_never_good(
+    suffix: str, compressed: bool, shoot: Shoot, chartless: Chartless
+) -> None:
+    frames = []
+    for path in shoot():
+        frames.append(path.with_suffix(f".{suffix}"))
+        Image.open(path).save(frames[-1], quality=100)
+
+    done = chartless("calibrate", *frames, *QUICK, "--json")
+
+    (channel,) = done.json["channels"]
+    assert ("compressed" in channel["flags"]) == compressed
+    assert not compressed or done.json["verdict"]["grade"] != "good"
+
+
 def test_a_mask_leaves_out_what_moved(
     photograph: Pixels, shoot: Shoot, chartless: Chartless, tmp_path: Path
 ) -> None:

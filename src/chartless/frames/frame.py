@@ -51,6 +51,8 @@ class FrameSource:
     """Of a video the first and the last frame used, from 1; None of a picture."""
     n_used: int | None = None
     """How many of these were used, where not all; 0 of a picture that was given and not used."""
+    lossy: bool = False
+    """Whether compression changed the pixels, as far as the file shows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +102,8 @@ class Frame:
     @property
     def source(self) -> FrameSource:
         """Where it came from: what is kept when the levels are forgotten."""
-        return FrameSource(self.path, self.sha256, self.remarks)
+        lossy = self.blocks is not None
+        return FrameSource(self.path, self.sha256, self.remarks, lossy=lossy)
 
     @property
     def channel_names(self) -> tuple[str, ...]:

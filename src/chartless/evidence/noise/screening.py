@@ -260,7 +260,11 @@ def covered_levels(table: Cooccurrence) -> tuple[int, int]:
 
 
 def screen(
-    tables: Mapping[str, Cooccurrence], checks: Sequence[PairCheck], *, covering: bool = True
+    tables: Mapping[str, Cooccurrence],
+    checks: Sequence[PairCheck],
+    *,
+    covering: bool = True,
+    lossy: bool = False,
 ) -> Mapping[str, tuple[Flag, ...]]:
     """Refuse frames from which nothing can be learned; say what is doubtful about the rest.
 
@@ -271,6 +275,8 @@ def screen(
         One per pair of consecutive frames, in their order.
     covering : bool
         Whether the levels must cover enough of the range.
+    lossy : bool
+        Whether compression changed the noise.
 
     Returns
     -------
@@ -285,7 +291,7 @@ def screen(
         if not check.one_scene:
             _refuse(number, check)
     own = {name: _screen_table(name, table, covering) for name, table in tables.items()}
-    common = _screen_frames(checks)
+    common = _screen_frames(checks) | ({Flag.COMPRESSED} if lossy else set())
     return {
         name: tuple(flag for flag in Flag if flag in common.union(flags))
         for name, flags in own.items()
