@@ -277,7 +277,7 @@ def test_unknown_exposures_may_be_named(bracket: Bracket, chartless: Chartless) 
     assert math.log(relative[2]) / math.log(16) == pytest.approx(1, abs=0.04)
 
 
-@pytest.mark.parametrize("method", ["debevec", "mitsunaga", "robertson"])
+@pytest.mark.parametrize("method", slow_but(["debevec", "mitsunaga", "robertson"], "debevec"))
 def test_methods_of_exposures(method: str, bracket: Bracket, chartless: Chartless) -> None:
     frames = bracket(n_channels=3)
 

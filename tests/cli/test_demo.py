@@ -18,6 +18,8 @@ from chartless.cli import main
 Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
 
+pytestmark = pytest.mark.slow  # CI runs the command besides
+
 FILES = ["camera.json", "frame_1.png", "frame_2.png", "linear.exr", "report.png", "truth.json"]
 
 
@@ -72,7 +74,6 @@ def without_search(demo: tuple[Path, Any], monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("chartless.workflow.calibrate", calibrate)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("without_search")
 def test_it_prints_a_table_with_the_errors(
     demo: tuple[Path, Any], chartless: Chartless, tmp_path: Path
@@ -92,7 +93,6 @@ def test_it_prints_a_table_with_the_errors(
         assert (folder / name).is_file()
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("without_search")
 def test_it_is_the_same_every_time(
     demo: tuple[Path, Any], chartless: Chartless, tmp_path: Path
@@ -123,7 +123,6 @@ def test_a_folder_that_cannot_be_made(
     assert why in line
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("without_search")
 def test_a_folder_in_use_is_used_again(
     demo: tuple[Path, Any], chartless: Chartless, tmp_path: Path

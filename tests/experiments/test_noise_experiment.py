@@ -130,6 +130,7 @@ def test_an_unfit_scene_is_refused_before_the_first_case(
 # Running
 
 
+@pytest.mark.slow
 def test_every_method_sees_the_same_pairs_and_the_table_has_a_row_for_each(
     scenes: Path, dorf: Dorf, tmp_path: Path
 ) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cameras import CURVES, make_camera
+from slow_cases import slow_but
 
 from chartless.cli import main
 from chartless.curves.file import read_curve
@@ -28,7 +29,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("n_levels", [2, 256, 65536])
+@pytest.mark.parametrize("n_levels", slow_but([2, 256, 65536], 2, 256))
 def test_numpy_reads_irradiance_and_brightness(n_levels: int, tmp_path: Path) -> None:
     camera = make_camera(CURVES[1])
     export_response(camera, tmp_path / "a.csv", "curve", ExportSettings(n_levels=n_levels))

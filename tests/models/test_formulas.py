@@ -198,6 +198,7 @@ def steep_members(order: int, steepness: float) -> list[list[float]]:
     return members
 
 
+@pytest.mark.slow
 @each(
     "order, steepness, tolerance",
     [(1, 1.0, 1e-13), (3, 1.0, 1e-13), (3, 5.9, 1e-12), (6, 3.0, 1e-12), (10, 2.0, 1e-12)],
