@@ -1,13 +1,17 @@
 """Errors a user can repair, each one sentence: what is wrong, what was given, what would work.
 
 Every leaf also inherits the builtin that fits it, so library code may catch
-``ValueError`` or ``OSError`` as usual. The command line prints the message of a
-`ChartlessError` on one line and exits with status 2; it never prints a traceback.
+``ValueError`` or ``OSError`` as usual. Messages name arguments as Python writes them, in
+backquotes: `` `times='unknown'` ``. The command line prints the message of a `ChartlessError` on
+one line, arguments as its options, and exits with status 2; it never prints a traceback.
 """
 
 import re
 from collections.abc import Collection
 from difflib import get_close_matches
+
+_ARGUMENT = re.compile(r"`(?P<name>[a-z_]+)(?:=(?P<value>[^`]+))?`")
+_OPTIONS = {"name": "from"}  # the others have the names of the arguments
 
 
 class ChartlessError(Exception):
@@ -29,6 +33,23 @@ class UnknownNameError(ChartlessError, LookupError):
         close = get_close_matches(name.lower(), known, n=1)
         hint = f" Did you mean {close[0]!r}?" if close else ""
         return f"unknown {kind} {name!r}.{hint} Available: {', '.join(_abridged(known))}."
+
+
+def with_options(text: str) -> str:
+    """Text in which arguments are named as options of the command line.
+
+    Examples
+    --------
+    >>> with_options("give `times`, or `times='unknown'`, and omit `shared_noise`")
+    'give --times, or --times unknown, and omit --shared-noise'
+    """
+    return _ARGUMENT.sub(_as_option, text)
+
+
+def _as_option(found: re.Match[str]) -> str:
+    name, value = found["name"], found["value"]
+    option = "--" + _OPTIONS.get(name, name.replace("_", "-"))
+    return option if value is None else f"{option} {value.strip(chr(39))}"
 
 
 def _abridged(names: Collection[str]) -> list[str]:

@@ -49,7 +49,7 @@ class Flag(_Advice):
         "dark-levels-unseen",
         (
             "the scene has no dark parts, so that the noise at black and the curve there are "
-            "guessed: take two frames with the lens covered and give them as --dark"
+            "guessed: take two frames with the lens covered and give them as `dark`"
         ),
     )
     CLIPPED = (
@@ -109,14 +109,14 @@ class Flag(_Advice):
     EXPONENT_UNKNOWN = (
         "exponent-unknown",
         (
-            "exposures of unknown ratio tell the curve f only up to a power f^γ, and what cameras "
-            "commonly do had to choose γ: give --times, or repeat an exposure so that noise tells"
+            "exposures of unknown ratio determine the curve f only up to a power f^γ; γ was set by "
+            "the prior over typical cameras: give `times`, or repeat one of the exposures"
         ),
     )
     EXPOSURES_OFF = (
         "exposures-off",
         (
-            "the exposures are not what the files or --times say: the shutter, the light or the "
+            "the exposures are not what the files or `times` say: the shutter, the light or the "
             "camera's own gain changed; the curve follows what the pictures show"
         ),
     )
@@ -168,13 +168,13 @@ class Flag(_Advice):
     )
     FEW_PIXELS = (
         "few-pixels",
-        "there are few pixels for so many levels: give more or larger frames, or fewer --levels",
+        "there are few pixels for so many levels: give more or larger frames, or fewer `levels`",
     )
     SEARCH_UNFINISHED = (
         "search-unfinished",
         (
-            "the search was still improving when it stopped: trust the curve less, or give more "
-            "--rounds to a --method ism-…"
+            "the search was still improving when it stopped: trust the curve less; the methods "
+            "ism-… take more `rounds`"
         ),
     )
 
@@ -193,7 +193,7 @@ class Pattern(_Advice):
         "far-tails",
         (
             "some pixels change far more than the others, the mark of movers, flicker and faulty "
-            "pixels: keep the scene still or leave such parts out with --mask"
+            "pixels: keep the scene still or leave such parts out with a `mask`"
         ),
     )
     FLAT_TOPPED = (
@@ -215,6 +215,6 @@ class Pattern(_Advice):
         (
             "the noise is Gaussian but not as strong at each level as the model has it, the mark "
             "of a family too stiff for the camera and of processing that depends on brightness: "
-            "switch HDR off, and if you gave --model leave it away"
+            "switch HDR off, and omit `model`"
         ),
     )

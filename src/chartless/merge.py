@@ -555,7 +555,7 @@ class _Whites:
         found = zip(names, longest, shares, alike, tables.whites, strict=True)
         return tuple(
             f"channel {name}: no level is above {level}, where {100 * share:.1f} % of the longest "
-            f"exposure lie: if that is this camera's white, merge with white at {level} (--white)"
+            f"exposure lie: if that is this camera's white, merge with `white={level}`"
             for name, level, share, same, white in found
             if same and level < white and share > _MOST_AT_WHITE
         )

@@ -247,14 +247,14 @@ def _calibrator(
         return make(**settings)
     family = MODELS[model]
     if method == "nlf":
-        msg = "nlf estimates any curve and takes no family: leave --model away"
+        msg = "nlf fits a free curve and takes no model: omit `model`"
         raise ParameterError(msg)
     return make(model=family, **settings)
 
 
 def _joint(calibrator: AbstractCalibrator) -> LikelihoodSearch:
     if not isinstance(calibrator, LikelihoodSearch):
-        msg = "only the method likelihood estimates channels together: leave --shared-noise away"
+        msg = "only the method likelihood estimates channels together: omit `shared_noise`"
         raise ParameterError(msg)
     return calibrator
 
@@ -263,7 +263,7 @@ def _require_noise(plan: Plan, *, shared: bool) -> None:
     if shared and plan.bracket:
         msg = (
             f"channels share noise where frames are of one exposure, and this is {plan.reason}: "
-            "leave --shared-noise away"
+            "omit `shared_noise`"
         )
         raise ParameterError(msg)
 
@@ -271,13 +271,13 @@ def _require_noise(plan: Plan, *, shared: bool) -> None:
 def _require_raw(calibrator: AbstractCalibrator, *, raw: bool, compared: bool) -> None:
     """Refuse raw files for a method that takes none or in a comparison; one that does, without."""
     if raw and compared:
-        msg = "raw files are compared shot by shot: leave --evidence and --times away"
+        msg = "raw files are compared shot by shot: omit `evidence` and `times`"
         raise ParameterError(msg)
     if raw and "raw" not in calibrator.takes:
-        msg = f"{calibrator.method} takes no raw files: leave --method or --raw away"
+        msg = f"{calibrator.method} takes no raw files: omit `method` or `raw`"
         raise ParameterError(msg)
     if not raw and "raw" in calibrator.takes:
-        msg = f"{calibrator.method} compares pictures with their raw files: give these as --raw"
+        msg = f"{calibrator.method} compares pictures with their raw files: give these as `raw`"
         raise ParameterError(msg)
 
 
@@ -334,11 +334,11 @@ def _plan(
     if plan.bracket and "exposures" not in taken:
         msg = (
             f"this is {plan.reason}, and {calibrator.method} reads noise alone: choose the method "
-            "likelihood, or --evidence noise for frames of one exposure"
+            "likelihood, or `evidence='noise'` for frames of one exposure"
         )
         raise ParameterError(msg)
     if not plan.bracket and "noise" not in taken:
-        msg = f"{calibrator.method} compares exposures, and this is {plan.reason}: give --times"
+        msg = f"{calibrator.method} compares exposures, and this is {plan.reason}: give `times`"
         raise ParameterError(msg)
     return plan
 
@@ -488,7 +488,7 @@ def _paired(
             raise UnfitFramesError(msg)
     for name, path in pictures.items():
         if name not in originals:
-            msg = f"{path}: no raw file has its name: give it as --raw, or leave the picture away"
+            msg = f"{path}: no raw file has its name: give it as `raw`, or omit the picture"
             raise UnfitFramesError(msg)
     return [(path, originals[name]) for name, path in pictures.items()]
 
@@ -519,9 +519,7 @@ def _noise(
     places = itertools.count(1)
     if _is_video(items[0]):
         if jobs > 1 or scheduler is not None:
-            msg = (
-                f"{items[0]} is a video, which one process reads: leave --jobs and --scheduler away"
-            )
+            msg = f"{items[0]} is a video, which one process reads: omit `jobs` and `scheduler`"
             raise ParameterError(msg)
         return _noise_of_video(
             Path(items[0]), lambda _: on_part(min(next(places), ENOUGH), ENOUGH), settings

@@ -27,7 +27,7 @@ Shoot = Any  # conftest.Shoot
 QUICK = ("--method", "ism-bin", "--levels", "64", "--rounds", "1")
 """Enough of a search where its outcome does not matter."""
 
-NO_EXPOSURES = "chartless: note: evidence: noise, as the files tell no exposures\n"
+NO_EXPOSURES = "chartless: note: evidence: noise (the files record no exposure settings)\n"
 """What is said of frames without EXIF."""
 
 FRAME_FLAGS = {"motion", "brightness-drift", "structured-difference", "correlated-noise"}

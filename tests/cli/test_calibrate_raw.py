@@ -114,9 +114,7 @@ def test_names_that_do_not_match_are_refused(shots: Path, refusal: Refusal) -> N
     raw = ["--raw", shots / "IMG_1.dng"]
 
     message = refusal("calibrate", one, two, *raw)
-    assert (
-        message == f"{two}: no raw file has its name: give it as --raw, or leave the picture away"
-    )
+    assert message == f"{two}: no raw file has its name: give it as --raw, or omit the picture"
     message = refusal("calibrate", one, *raw, "--raw", shots / "IMG_2.dng")
     assert message.endswith("IMG_2.dng: no picture has its name: give its JPEG, such as IMG_2.JPG")
     message = refusal("calibrate", one, one, *raw)
@@ -165,8 +163,8 @@ def test_without_rawpy_one_line_says_what_to_install(
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--method", "nlf"), "nlf takes no raw files: leave --method or --raw away"),
-        (("--times", "1"), "raw files are compared shot by shot: leave --evidence and --times"),
+        (("--method", "nlf"), "nlf takes no raw files: omit --method or --raw"),
+        (("--times", "1"), "raw files are compared shot by shot: omit --evidence and --times"),
         (("--evidence", "noise"), "raw files are compared shot by shot"),
         (("--shared-noise",), "only the method likelihood estimates channels together"),
     ],

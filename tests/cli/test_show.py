@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from chartless import Calibration, load, named_curve, rmse, save
+from chartless.errors import with_options
 from chartless.flags import Flag, Pattern
 
 Chartless = Callable[..., Any]
@@ -52,8 +53,10 @@ def test_a_misfit_is_followed_by_its_pattern(
 
     flag, peaked, tails = done.err.splitlines()
     assert flag.startswith("chartless: note: misfit (R, G, B): ")
-    assert peaked == f"chartless: note: misfit, peaked (B): {Pattern.PEAKED.advice}"
-    assert tails == f"chartless: note: misfit, far-tails (R): {Pattern.FAR_TAILS.advice}"
+    assert peaked == f"chartless: note: misfit, peaked (B): {with_options(Pattern.PEAKED.advice)}"
+    assert (
+        tails == f"chartless: note: misfit, far-tails (R): {with_options(Pattern.FAR_TAILS.advice)}"
+    )
 
 
 def test_it_says_what_dark_frames_would_bring(

@@ -108,9 +108,9 @@ def test_a_compressed_video_is_not_trusted(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--jobs", "2"], "is a video, which one process reads: leave --jobs and --scheduler away"),
+        (["--jobs", "2"], "is a video, which one process reads: omit --jobs and --scheduler"),
         (["--times", "1,2"], "2 times were given for 1 frames"),
-        (["--evidence", "bracket"], "the files do not tell their exposures"),
+        (["--evidence", "bracket"], "the files record no exposure settings"),
     ],
 )
 def test_options_that_suit_no_video_are_refused(

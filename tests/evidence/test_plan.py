@@ -34,6 +34,7 @@ def plan_of(settings: list[CameraSettings], **asked: Any) -> Plan:
     return planned(names, settings, **asked)
 
 
+UNNOTED = "noise (the files record no exposure settings)"
 SAME, BRACKET = [shot(1 / 60)] * 3, [shot(0.1), shot(0.4), shot(1.6)]
 REPEATED = [shot(0.4), shot(0.1), shot(0.4), shot(1.6)]
 SILENT = [NOTHING] * 3
@@ -52,15 +53,15 @@ def test_times_are_read_from_texts() -> None:
 )
 def test_times_that_are_no_numbers_are_refused_at_once(text: str) -> None:
     """Also those whose digits would take hours and gigabytes."""
-    with pytest.raises(ParameterError, match=r"^--times must be numbers or fractions"):
+    with pytest.raises(ParameterError, match=r"^`times` must be numbers or fractions"):
         parsed_times(["1", text])
 
 
 @pytest.mark.parametrize(
     ("settings", "asked", "reason", "kinds"),
     [
-        (SILENT, {}, "noise, as the files tell no exposures", "noise"),
-        (SAME, {}, "noise, as all frames have one exposure by EXIF", "noise"),
+        (SILENT, {}, UNNOTED, "noise"),
+        (SAME, {}, "noise (all frames have one exposure by EXIF)", "noise"),
         (BRACKET, {}, "a bracket of 3 exposures, 1 to 16 by EXIF", "bracket"),
         (
             REPEATED,
@@ -68,8 +69,8 @@ def test_times_that_are_no_numbers_are_refused_at_once(text: str) -> None:
             f"a bracket of 3 exposures, 1 to 16 by EXIF, {REPEATS}",
             "noise bracket",
         ),
-        ([shot(0.1), shot(None), shot(0.4)], {}, "noise, as the files tell no exposures", "noise"),
-        ([shot(0.1), NOTHING, shot(0.4)], {}, "noise, as the files tell no exposures", "noise"),
+        ([shot(0.1), shot(None), shot(0.4)], {}, UNNOTED, "noise"),
+        ([shot(0.1), NOTHING, shot(0.4)], {}, UNNOTED, "noise"),
         # Aperture and ISO count as much as the time.
         (
             [shot(0.1), shot(0.1, f_number=8.0), shot(0.1, iso=800.0)],
@@ -80,7 +81,7 @@ def test_times_that_are_no_numbers_are_refused_at_once(text: str) -> None:
         (
             [shot(0.1, 4.0), shot(0.4, 8.0)],
             {},
-            "noise, as all frames have one exposure by EXIF",
+            "noise (all frames have one exposure by EXIF)",
             "noise",
         ),
         # Times alone will do if nothing speaks against them.
@@ -93,20 +94,20 @@ def test_times_that_are_no_numbers_are_refused_at_once(text: str) -> None:
         (
             [shot(0.1, 4.0, None), shot(0.2, 8.0, None)],
             {},
-            "noise, as the files tell no exposures",
+            UNNOTED,
             "noise",
         ),
-        (SILENT, {"times": [1, 2, 4]}, "a bracket of 3 exposures, 1 to 4 by --times", "bracket"),
+        (SILENT, {"times": [1, 2, 4]}, "a bracket of 3 exposures, 1 to 4 by `times`", "bracket"),
         (
             SILENT,
             {"times": [2, 2, 2]},
-            "noise, as all frames have one exposure by --times",
+            "noise (all frames have one exposure by `times`)",
             "noise",
         ),
         (
             SILENT,
             {"times": [1, 2, 1]},
-            f"a bracket of 2 exposures, 1 to 2 by --times, {REPEATS}",
+            f"a bracket of 2 exposures, 1 to 2 by `times`, {REPEATS}",
             "noise bracket",
         ),
         (SILENT, {"times": "unknown"}, UNTOLD, "bracket"),
@@ -129,7 +130,7 @@ def test_times_that_are_no_numbers_are_refused_at_once(text: str) -> None:
         (
             SAME,
             {"kind": "bracket", "times": [1, 2, 4]},
-            "a bracket of 3 exposures, 1 to 4 by --times",
+            "a bracket of 3 exposures, 1 to 4 by `times`",
             "bracket",
         ),
     ],
@@ -221,7 +222,7 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
         (SILENT, {"times": ["a", 2, 3]}, ParameterError, "not 'a' among numbers"),
         (SILENT, {"times": ["a", "b"]}, ParameterError, f"2 {NOT_MANY}: give one for each"),
         (SILENT, {"times": ["a"] * 3}, UnfitFramesError, "a bracket needs two or more frames"),
-        (SAME, {"times": [1, 1, 1], "kind": "noise"}, ParameterError, "leave --times or"),
+        (SAME, {"times": [1, 1, 1], "kind": "noise"}, ParameterError, "omit `times` or"),
         (SILENT, {"times": [1, 2]}, ParameterError, f"2 {NOT_MANY}: give one for each"),
         (SILENT, {"times": []}, ParameterError, f"0 {NOT_MANY}"),
         (SILENT, {"times": [1, 2, 3, 4]}, ParameterError, f"4 {NOT_MANY}"),
@@ -237,14 +238,14 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
             BRACKET,
             {"times": [1, 4, 64]},
             ParameterError,
-            "2.jpg: its EXIF exposure is 2.0 stops from --times: .* add --evidence bracket",
+            "2.jpg: its EXIF exposure is 2.0 stops from `times`: .* add `evidence='bracket'`",
         ),
-        (BRACKET, {"times": [16, 4, 1]}, ParameterError, "stops from --times"),
-        (SAME[:2], {"times": [1, 2]}, ParameterError, "its EXIF exposure is 1.0 stops from --ti"),
-        (SILENT, {"kind": "bracket"}, UnfitFramesError, "the files do not tell their exposures"),
-        (SILENT, {"kind": "both"}, UnfitFramesError, "give --times, such as --times 1,2,4"),
+        (BRACKET, {"times": [16, 4, 1]}, ParameterError, "stops from `times`"),
+        (SAME[:2], {"times": [1, 2]}, ParameterError, "its EXIF exposure is 1.0 stops from `ti"),
+        (SILENT, {"kind": "bracket"}, UnfitFramesError, "the files record no exposure settings"),
+        (SILENT, {"kind": "both"}, UnfitFramesError, "give `times`, such as `times='1,2,4'`"),
         (SAME, {"kind": "bracket"}, UnfitFramesError, "a bracket needs two or more frames"),
-        (SAME, {"kind": "both"}, UnfitFramesError, "--evidence noise for frames of one exposure"),
+        (SAME, {"kind": "both"}, UnfitFramesError, "`evidence='noise'` for frames of one exposure"),
         (BRACKET, {"kind": "both"}, UnfitFramesError, "no exposure is repeated"),
         (SILENT, {"times": "unknown", "kind": "both"}, UnfitFramesError, "no exposure is repeated"),
         ([NOTHING], {"times": "unknown"}, UnfitFramesError, "a bracket needs two or more frames"),
@@ -264,7 +265,7 @@ def test_what_makes_no_sense_is_refused(
 def test_times_may_agree_with_exif_or_nearly(times: list[float]) -> None:
     plan = plan_of(BRACKET, times=times)
 
-    assert plan.reason.endswith("by --times")
+    assert plan.reason.endswith("by `times`")
 
 
 def test_times_that_contradict_exif_are_believed_if_a_bracket_is_asked_for() -> None:

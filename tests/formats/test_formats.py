@@ -333,7 +333,7 @@ def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
             "256, 512, 1024 … levels, not of 300",
         ),
         (["{camera}", "--to", "alicevision", "--levels", "99999999"], "levels, not 99999999"),
-        (["{camera}", "--to", "dso"], "give --size WIDTHxHEIGHT, such as 640x480"),
+        (["{camera}", "--to", "dso"], "give its --size, such as 640x480"),
         (["{camera}", "--to", "csv", "-o", "{folder}/none/a.csv"], "does not exist: create it"),
     ],
 )

@@ -378,6 +378,6 @@ def test_a_size_is_that_of_the_picture() -> None:
     camera = make_camera(SrgbCurve())
     text = encode_response(camera, "hugin", SETTINGS).content.decode()
 
-    assert "the size of the pictures, give --size" in encode_response(camera, "hugin").lost[0]
+    assert "the size of the pictures, give `size`" in encode_response(camera, "hugin").lost[0]
     assert "\np f0 w16 h16 " in text
     assert "\ni w16 h16 " in text

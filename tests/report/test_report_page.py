@@ -325,7 +325,7 @@ def test_every_flag_and_pattern_has_its_advice(of_noise: Calibration, parsed: Pa
     assert len(said) == len(Flag) + 3
     for flag in Flag:
         words = said[f"{flag.code.replace('-', ' ').capitalize()} R, G, B"]
-        assert words.startswith(f"{flag.advice[0].upper()}{flag.advice[1:]}.")
+        assert words.startswith(f"{flag.advice[0].upper()}{flag.advice[1:]}.".replace("`", ""))
     for pattern, name in zip(patterns, "RGB", strict=True):
         assert f"Misfit, {pattern.code.replace('-', ' ')} {name}" in said
     assert "from ± 0.007 to ± 0.004" in said["Dark levels unseen R, G, B"]

@@ -28,7 +28,7 @@ from chartless.cli.serve import serve
 from chartless.cli.show import show
 from chartless.cli.simulate import simulate
 from chartless.cli.watch import watch
-from chartless.errors import ChartlessError
+from chartless.errors import ChartlessError, with_options
 
 BAD_INPUT, INTERNAL, INTERRUPTED = 2, 1, 130
 
@@ -115,7 +115,7 @@ def _command_of(error: TyperException) -> str:
 def _fail(message: str, given: list[str], status: int) -> int:
     if os.environ.get("CHARTLESS_DEBUG"):
         traceback.print_exc()
-    line = " ".join(message.split())
+    line = with_options(" ".join(message.split()))
     with contextlib.suppress(OSError):  # of a full disk or a closed pipe
         print_line(f"chartless: error: {line}", sys.stderr)
         if "--json" in given:

@@ -9,7 +9,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, TextIO
 
-from chartless.errors import ParameterError
+from chartless.errors import ParameterError, with_options
 
 if TYPE_CHECKING:  # the library takes half a second to import: --help does without
     from chartless.experiments import OnCase
@@ -87,7 +87,11 @@ def remark_foreign(calibration: "Calibration") -> None:
 
 
 def print_line(text: str, stream: TextIO) -> None:
-    """Print a sentence: one line for programs, on a terminal not broken within words."""
+    """Print a sentence: one line for programs, on a terminal not broken within words.
+
+    Arguments that it names are printed as options.
+    """
+    text = with_options(text)
     if stream.isatty():
         width = shutil.get_terminal_size().columns
         text = fill(text, width, break_long_words=False, break_on_hyphens=False)

@@ -40,7 +40,7 @@ MOST_ERROR = 10.0
 """Of the relative error of exposures: more than `UNKNOWN_ERROR` says nothing else, and the
 likelihood's matrices lose their digits at 10⁸."""
 _EXACT = 1e-6  # relative error of exposures that is none
-_DISAGREE = 0.5  # stops between --times and EXIF
+_DISAGREE = 0.5  # stops between those given and EXIF
 
 
 Groups: TypeAlias = tuple[tuple[int, ...], ...]
@@ -92,7 +92,7 @@ def parsed_times(parts: Sequence[str]) -> list[float] | list[str] | str:
         times = [math.nan]
     if not all(map(math.isfinite, times)):
         given = ",".join(parts)[:60]
-        msg = f"--times must be numbers or fractions such as 1/30,1/8,1/2, not {given!r}"
+        msg = f"`times` must be numbers or fractions such as 1/30,1/8,1/2, not {given!r}"
         raise ParameterError(msg)
     return times
 
@@ -136,7 +136,7 @@ def planned(
         raise UnfitFramesError(msg)
     if kind == "noise":
         if times is not None:
-            msg = "noise is that of frames of one exposure: leave --times or --evidence noise away"
+            msg = "noise is that of frames of one exposure: omit `times` or `evidence='noise'`"
             raise ParameterError(msg)
         return _noise_alone(len(names), "noise, as asked for")
     labels = _labels(times, len(names))
@@ -148,7 +148,7 @@ def planned(
         return _checked(Plan(groups, None, error, reason + told, noise=noise, bracket=True), kind)
     noted = noted_exposures(settings)
     if times is not None:
-        exposures, source, error = _given(times, names), "--times", time_error or 0.0
+        exposures, source, error = _given(times, names), "`times`", time_error or 0.0
         if noted is not None and kind == "auto":
             _require_agreement(names, exposures, np.asarray(noted))
     elif noted is not None:
@@ -156,16 +156,16 @@ def planned(
         require_exposures(exposures, [f"the exposure of {name} by EXIF" for name in names])
         error = EXIF_ERROR if time_error is None else time_error
     elif kind == "auto":
-        return _noise_alone(len(names), "noise, as the files tell no exposures")
+        return _noise_alone(len(names), "noise (the files record no exposure settings)")
     else:
         msg = (
-            "the files do not tell their exposures: give --times, such as --times 1,2,4, or "
-            "--times unknown"
+            "the files record no exposure settings: give `times`, such as `times='1,2,4'`, or "
+            "`times='unknown'`"
         )
         raise UnfitFramesError(msg)
     groups, levels = _grouped(np.log(exposures))
     if len(groups) == 1 and kind == "auto":
-        return _noise_alone(len(names), f"noise, as all frames have one exposure by {source}")
+        return _noise_alone(len(names), f"noise (all frames have one exposure by {source})")
     reason = (
         f"a bracket of {len(groups)} exposures, 1 to {math.exp(np.ptp(levels)):.4g} by {source}"
     )
@@ -245,11 +245,11 @@ def _checked(plan: Plan, kind: str) -> Plan:
     if len(plan.groups) < 2:  # noqa: PLR2004 - a bracket
         msg = (
             "a bracket needs two or more frames of one scene at different exposures: give them, or "
-            "--evidence noise for frames of one exposure"
+            "`evidence='noise'` for frames of one exposure"
         )
         raise UnfitFramesError(msg)
     if kind == "both" and not plan.noise:
-        msg = "no exposure is repeated, so noise tells nothing: leave --evidence at auto"
+        msg = "no exposure is repeated, so there is no noise to measure: use `evidence='auto'`"
         raise UnfitFramesError(msg)
     return plan
 
@@ -322,8 +322,8 @@ def _require_agreement(names: Sequence[Path], given: Floats, noted: Floats) -> N
     worst = int(np.abs(apart).argmax())
     if abs(apart[worst]) > _DISAGREE:
         msg = (
-            f"{names[worst]}: its EXIF exposure is {abs(apart[worst]):.1f} stops from --times: "
-            "leave --times away or, if it is right, add --evidence bracket"
+            f"{names[worst]}: its EXIF exposure is {abs(apart[worst]):.1f} stops from `times`: "
+            "omit `times` or, if it is right, add `evidence='bracket'`"
         )
         raise ParameterError(msg)
 

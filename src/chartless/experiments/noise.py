@@ -92,8 +92,8 @@ def default_scenes() -> Path:
     folder = Path(root or ".", "scenery_1600x900")
     if root is None or not folder.is_dir():
         msg = (
-            "no scenes: give a folder of RGB photographs of 1600 × 900 pixels or more with "
-            "--scenes, or set CHARTLESS_DATA to a folder that has them as scenery_1600x900"
+            "no scenes: give a folder of RGB photographs of 1600 × 900 pixels or more as "
+            "`scenes`, or set CHARTLESS_DATA to a folder that has them as scenery_1600x900"
         )
         raise ParameterError(msg)
     return folder

@@ -132,7 +132,7 @@ class AbstractFormat(ABC):
 
     def encode(self, calibration: Calibration, settings: ExportSettings) -> Encoded:  # noqa: ARG002
         """Content of a file; raises ParameterError if it cannot hold this calibration."""
-        msg = f"{self.title} is only read, not written: chartless export --list shows what is"
+        msg = f"{self.title} can be read but not written: choose another format"
         raise ParameterError(msg)
 
     def recognises(self, source: Source) -> bool:  # noqa: ARG002

@@ -126,7 +126,7 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
     found = recognised(source) if name is None else FORMATS[name]
     if found is None:
         known = ", ".join(each.name for each in FORMATS.values() if each.is_read)
-        msg = f"{path}: is of no known format ({known}): name one with --from if you know it"
+        msg = f"{path}: is of no known format ({known}): give its `name` if you know it"
         if _is_own(source):
             msg = f"{path}: is a calibration of chartless already: use it as it is"
         raise CalibrationFileError(msg)

@@ -60,7 +60,7 @@ class Dso(AbstractFormat):
         if settings.size is None:
             msg = (
                 "DSO wants a picture of the camera's size beside the response: "
-                "give --size WIDTHxHEIGHT, such as 640x480"
+                "give its `size`, such as 640x480"
             )
             raise ParameterError(msg)
         width, height = settings.size

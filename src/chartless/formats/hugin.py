@@ -102,7 +102,7 @@ class Hugin(AbstractFormat):
             text = _copied(Source.read(settings.project), values)
             vignetting = []  # that of the project stays
         sized = settings.project or settings.size
-        lost = [] if sized else ["the size of the pictures, give --size or --project"]
+        lost = [] if sized else ["the size of the pictures, give `size` or `project`"]
         lost += [*vignetting, *_differing(curves), _residual(mean, _nodes(coefficients))]
         return Encoded(text.encode("latin-1"), tuple(lost))
 

@@ -40,7 +40,7 @@ def planes_of(frame: Frame, channels: str, n_levels: int) -> dict[str, Levels]:
     levels = frame.levels
     n_channels = levels.shape[-1]
     if n_channels == 1 and channels == "rgb":
-        msg = f"{frame.path} is grey and has no red, green and blue: leave --channels at auto"
+        msg = f"{frame.path} is grey and has no red, green and blue: use `channels='auto'`"
         raise ParameterError(msg)
     if channels == "luma" and n_channels == 3:  # noqa: PLR2004 - red, green, blue
         luma: Levels = np.rint(levels @ LUMA).astype(levels.dtype)

@@ -2,6 +2,7 @@
 
 import base64
 import math
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jinja2 import Environment, FunctionLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from chartless.formats import FORMATS
 from chartless.frames.frame import Frame
@@ -104,7 +105,13 @@ def environment() -> Environment:
     )
     made.filters["data_uri"] = _data_uri
     made.filters["unbroken"] = unbroken
+    made.filters["arguments"] = _arguments
     return made
+
+
+def _arguments(text: str) -> Markup:
+    """Text in which arguments, which messages put in backquotes, are set as code."""
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))  # noqa: S704
 
 
 def _data_uri(content: bytes, media_type: str) -> str:

@@ -43,7 +43,7 @@ def doubts(calibration: Calibration) -> list[Doubt]:
         detail = ""
         if flag is Flag.DARK_LEVELS_UNSEEN:
             changes = ", ".join(_change_by_dark(calibration.channel(name)) for name in names)
-            detail = f"two frames with the lens covered (--dark) would bring the error of {changes}"
+            detail = f"two frames with the lens covered (`dark`) would bring the error of {changes}"
         found.append(Doubt(flag.code, tuple(names), flag.advice, detail))
         if flag is Flag.MISFIT:
             found += [

@@ -17,7 +17,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from chartless.errors import ChartlessError
+from chartless.errors import ChartlessError, with_options
 from chartless.result.file import to_text
 from chartless.web import _page
 from chartless.web._guard import Guard, cookie_of
@@ -333,7 +333,7 @@ async def _chunks(request: Request) -> AsyncIterator[bytes]:
 
 
 def _error(status: int, text: str) -> Response:
-    return JSONResponse({"error": " ".join(text.split())}, status)
+    return JSONResponse({"error": with_options(" ".join(text.split()))}, status)
 
 
 async def _too_much(_: Request, error: Exception) -> Response:

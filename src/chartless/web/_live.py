@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chartless.errors import ImageError, UnfitFramesError
+from chartless.errors import ImageError, UnfitFramesError, with_options
 from chartless.frames.frame import Frame
 from chartless.live import LiveEvidence, lacking, live_calibration
 from chartless.report import card
@@ -85,7 +85,7 @@ class LiveView:
         try:
             calibration = self.calibration()
         except UnfitFramesError as error:
-            return {**answer, "curve": "", "note": str(error), "is_enough": False}
+            return {**answer, "curve": "", "note": with_options(str(error)), "is_enough": False}
         lack = lacking(self._evidence, calibration, until)
         answer |= {
             "curve": card(calibration.channels),

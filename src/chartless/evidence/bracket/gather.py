@@ -202,8 +202,8 @@ def bracket_evidence(
     pairs = _pairs(log_exposures)
     if not pairs:
         msg = (
-            "the exposures do not differ: give frames of different exposures, or --evidence noise "
-            "for frames of one exposure"
+            "the exposures do not differ: give frames of different exposures, or "
+            "`evidence='noise'` for frames of one exposure"
         )
         raise UnfitFramesError(msg)
     if lossy:

@@ -169,8 +169,8 @@ def _refuse_order(evidence: BracketEvidence, longer: int, shorter: int, how: str
     ratio = np.exp(evidence.log_exposures[longer] - evidence.log_exposures[shorter])
     msg = (
         f"{evidence.sources[longer].path} {how} than {evidence.sources[shorter].path}, though its "
-        f"exposure is said to be {ratio:.3g} times as long: check --times and the order of the "
-        "files, or give --evidence noise if the exposure was the same"
+        f"exposure is said to be {ratio:.3g} times as long: check `times` and the order of the "
+        "files, or give `evidence='noise'` if the exposure was the same"
     )
     raise UnfitFramesError(msg)
 

@@ -330,7 +330,7 @@ def unfit(check: PairCheck) -> str | None:  # noqa: PLR0911 - a reason each
         return (
             f": the brightness changed ({check.drift:.0%} of the levels), or they show different "
             "scenes: fix exposure and white balance by hand and use steady light; of a bracket, "
-            "give --times, or --times unknown"
+            "give `times`, or `times='unknown'`"
         )
     if check.outliers > MOST_MOVERS:
         return (
@@ -406,7 +406,7 @@ def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:
         msg = (
             f"channel {name}: the brightness changed between frames ({drift:.0%} of their "
             "difference), or they show different scenes: fix exposure and white balance by hand "
-            "and use steady light; of a bracket, give --times, or --times unknown"
+            "and use steady light; of a bracket, give `times`, or `times='unknown'`"
         )
         raise UnfitFramesError(msg)
     doubts = (
