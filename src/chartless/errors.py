@@ -42,12 +42,16 @@ def with_options(text: str) -> str:
     --------
     >>> with_options("give `times`, or `times='unknown'`, and omit `shared_noise`")
     'give --times, or --times unknown, and omit --shared-noise'
+    >>> with_options("omit `aligned=False`")
+    'omit --unaligned'
     """
     return _ARGUMENT.sub(_as_option, text)
 
 
 def _as_option(found: re.Match[str]) -> str:
     name, value = found["name"], found["value"]
+    if value == "False":
+        return f"--un{name}"
     option = "--" + _OPTIONS.get(name, name.replace("_", "-"))
     return option if value is None else f"{option} {value.strip(chr(39))}"
 

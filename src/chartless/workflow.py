@@ -2,7 +2,7 @@
 
 import itertools
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial, reduce
@@ -152,10 +152,20 @@ def calibrate(
     common = {"channels": channels, "n_levels": n_levels, "mask": _read_mask(mask)}
     if n_levels is None and (raw or not any(map(_is_video, frames))):
         common["n_levels"] = _LEVELS
+    given = {
+        "jobs": jobs > 1,
+        "scheduler": scheduler is not None,
+        "dark": bool(dark),
+        "time_error": time_error is not None,
+        "aligned=False": not aligned,
+        "bloom_radius": bloom_radius > 0,
+    }
     if raw:
+        _refuse_unused(given, {"raw"}, "pictures are compared with their raw files")
         read = _read_raw(frames, raw, progress, common)
     else:
         plan = _plan(frames, calibrator, times=times, time_error=time_error, kind=evidence)
+        _refuse_unused(given, plan.kinds, f"this is {plan.reason}")
         _require_noise(plan, shared=shared_noise)
         read = _read(
             frames,
@@ -257,6 +267,25 @@ def _joint(calibrator: AbstractCalibrator) -> LikelihoodSearch:
         msg = "only the method likelihood estimates channels together: omit `shared_noise`"
         raise ParameterError(msg)
     return calibrator
+
+
+_USED_BY = {
+    "jobs": "noise",
+    "scheduler": "noise",
+    "dark": "noise",
+    "time_error": "bracket",
+    "aligned=False": "bracket",
+    "bloom_radius": "bracket",
+}
+"""Kind of evidence that an argument is for."""
+
+
+def _refuse_unused(given: Mapping[str, bool], kinds: Collection[str], what: str) -> None:
+    """Refuse arguments that would change nothing."""
+    unused = [f"`{name}`" for name, used in given.items() if used and _USED_BY[name] not in kinds]
+    if unused:
+        msg = f"{what}, where {' and '.join(unused)} would change nothing: omit that"
+        raise ParameterError(msg)
 
 
 def _require_noise(plan: Plan, *, shared: bool) -> None:
@@ -408,7 +437,8 @@ def _read(
     common = {**common, "n_levels": min(n_levels, MOST_LEVELS)}
     repeated = [group for group in plan.groups if len(group) > 1]
     parts = [
-        _noise([items[place] for place in group], progress, 1, None, common) for group in repeated
+        _noise([items[place] for place in group], progress, jobs, scheduler, common)
+        for group in repeated
     ]
     noise = reduce(partial(joined, continued=False), parts)
     # Levels that repeats do not cover are covered by other exposures.

@@ -67,6 +67,13 @@ class Plan:
     bracket: bool
     """Whether exposures are compared."""
 
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Kinds of evidence, "noise" and "bracket"."""
+        return frozenset(
+            kind for kind, read in (("noise", self.noise), ("bracket", self.bracket)) if read
+        )
+
     def without_noise(self) -> "Plan":
         """The same bracket for a method that reads no noise."""
         reason, _, _ = self.reason.partition(_AND_NOISE)
