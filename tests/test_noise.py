@@ -50,6 +50,20 @@ def test_a_data_sheet_gives_noise():
     assert noise.ratio == pytest.approx(1_000 / 36)
 
 
+@pytest.mark.parametrize(("electrons", "read"), [(0, 5), (-1, 5), (1000, 0), (np.nan, 5)])
+def test_an_impossible_sensor_is_refused(electrons: float, read: float):
+    with pytest.raises(ParameterError, match="a sensor has electrons and a read noise above 0"):
+        AffineNoise.of_sensor(electrons, read)
+
+
+def test_a_known_sensor_is_the_centre_of_its_prior():
+    prior = NoisePrior.of_sensor(10_000, 13, factor=3)
+
+    assert prior.centre == AffineNoise.of_sensor(10_000, 13)
+    assert prior.spread[0] == pytest.approx(np.log(3))
+    assert prior.ratio_spread == pytest.approx(np.log(3))
+
+
 def test_a_prior_of_ratios_is_one_of_slopes_and_floors():
     """Against draws of ln u and ln r, which are independent."""
     prior = NoisePrior.of_ratio(slope=1e-4, slope_spread=2.0, ratio=50.0, ratio_spread=1.5)

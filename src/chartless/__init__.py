@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from chartless.methods import CALIBRATORS as CALIBRATORS
     from chartless.models import MODELS as MODELS
     from chartless.noise import AffineNoise as AffineNoise
+    from chartless.noise import NoisePrior as NoisePrior
     from chartless.result.calibration import Calibration as Calibration
     from chartless.result.file import load as load
     from chartless.result.file import save as save
@@ -49,6 +50,7 @@ _HOME = {
     "Flag": "flags",
     "MODELS": "models",
     "AffineNoise": "noise",
+    "NoisePrior": "noise",
     "Response": "result.response",
     "rmse": "result.response",
     "simulate_frames": "simulate",

@@ -11,7 +11,8 @@ from collections.abc import Collection
 from difflib import get_close_matches
 
 _ARGUMENT = re.compile(r"`(?P<name>[a-z_]+)(?:=(?P<value>[^`]+))?`")
-_OPTIONS = {"name": "from"}  # the others have the names of the arguments
+_OPTIONS = {"name": "from", "n_levels": "levels", "noise_prior": "set noise_prior"}
+"""Of arguments whose options have other names."""
 
 
 class ChartlessError(Exception):

@@ -168,7 +168,7 @@ class Flag(_Advice):
     )
     FEW_PIXELS = (
         "few-pixels",
-        "there are few pixels for so many levels: give more or larger frames, or fewer `levels`",
+        "there are few pixels for so many levels: give more or larger frames, or fewer `n_levels`",
     )
     SEARCH_UNFINISHED = (
         "search-unfinished",

@@ -74,7 +74,15 @@ class AffineNoise:
             At white: the saturation capacity at unit gain, fewer at higher gain.
         read : float
             Standard deviation in the dark, in electrons.
+
+        Raises
+        ------
+        ParameterError
+            If either is not above 0.
         """
+        if not (0 < electrons < np.inf and 0 < read < np.inf):
+            msg = f"a sensor has electrons and a read noise above 0, not {electrons} and {read}"
+            raise ParameterError(msg)
         return cls(1 / electrons, (read / electrons) ** 2)
 
     @property
@@ -144,6 +152,21 @@ class NoisePrior:
         spread = float(np.hypot(slope_spread, ratio_spread))
         centre = AffineNoise(slope, slope / ratio)
         return cls(centre, (slope_spread, spread), slope_spread / spread)
+
+    @classmethod
+    def of_sensor(cls, electrons: float, read: float, *, factor: float = 2.0) -> "NoisePrior":
+        """Prior about the noise of a known sensor, see `AffineNoise.of_sensor`.
+
+        Parameters
+        ----------
+        electrons, read
+            As for `AffineNoise.of_sensor`.
+        factor : float
+            By which u, and u/v, may be larger or smaller (one standard deviation), above 1: gain
+            and tone curve change both.
+        """
+        centre, spread = AffineNoise.of_sensor(electrons, read), float(np.log(factor))
+        return cls.of_ratio(centre.slope, spread, centre.ratio, spread)
 
     @property
     def mean(self) -> Floats:

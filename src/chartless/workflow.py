@@ -159,6 +159,7 @@ def calibrate(
         "time_error": time_error is not None,
         "aligned=False": not aligned,
         "bloom_radius": bloom_radius > 0,
+        "noise_prior": "noise_prior" in settings,
     }
     if raw:
         _refuse_unused(given, {"raw"}, "pictures are compared with their raw files")
@@ -273,6 +274,7 @@ _USED_BY = {
     "jobs": "noise",
     "scheduler": "noise",
     "dark": "noise",
+    "noise_prior": "noise",
     "time_error": "bracket",
     "aligned=False": "bracket",
     "bloom_radius": "bracket",

@@ -15,7 +15,7 @@ from PIL import Image
 from skimage.data import camera
 from slow_cases import slow_but
 
-from chartless import load, named_curve, rmse
+from chartless import AffineNoise, load, named_curve, rmse, simulate_frames
 from chartless.flags import Flag
 from chartless.images import write_image
 from chartless.result.response import Status
@@ -614,6 +614,52 @@ def test_two_frames_make_a_calibration(
     for response in calibration.channels:
         assert rmse(response.curve, named_curve("srgb")) < 0.06
         assert response.n_pairs == 192 * 256
+
+
+def test_what_is_known_of_the_sensor_narrows_the_band(shoot: Shoot, chartless: Chartless) -> None:
+    frames = simulate_frames(shoot.scene(), named_curve("srgb"), AffineNoise.of_sensor(1_000, 6))
+    paths = [shoot.write(f"{place}.png", levels) for place, levels in enumerate(frames)]
+
+    usual, told = (
+        chartless("calibrate", *paths, *how, "--json").json
+        for how in ((), ("--set", "noise_prior=1000,6"))
+    )
+
+    bands, errors = [], []
+    for found in (usual, told):
+        (channel,) = found["channels"]
+        light = np.array(channel["inverse_lut"])
+        truth = named_curve("srgb").inverse(np.arange(256) / 255)
+        bands.append(float(np.sqrt(np.mean(np.square(channel["inverse_lut_std"])))))
+        errors.append(float(np.sqrt(np.mean((light - truth) ** 2))))
+    assert bands[1] < 0.7 * bands[0]
+    assert errors[1] < 2 * bands[1]
+    prior = told["provenance"]["settings"]["noise_prior"]
+    assert prior["centre"]["slope"] == pytest.approx(1e-3)
+    assert prior["centre"]["floor"] == pytest.approx(3.6e-5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["--set", "weight"], "--set takes NAME=VALUE, such as weight=0.5, not 'weight'"),
+        (["--set", "weight=much"], "--set weight takes a number, such as 0.2, not 'much'"),
+        (["--set", "weight=7"], "weight must lie above 0"),
+        (["--set", "noise_prior=1000"], "--set noise_prior takes electrons at white and of"),
+        (["--set", "noise_prior=0,1"], "--set noise_prior takes electrons"),
+        (["--set", "colour=1"], "unknown setting of likelihood 'colour'"),
+        (["--method", "ism-bin", "--rounds", "3", "--set", "rounds=4"], "--rounds is given by"),
+        (["--method", "ism-bin", "--set", "rounds=1.5"], "--set rounds takes a whole number"),
+        (
+            ["--method", "ism-bin", "--set", "start=1"],
+            "--set start takes 2 numbers, such as 0.06,1",
+        ),
+    ],
+)
+def test_settings_without_meaning_are_refused(
+    arguments: list[str], why: str, shoot: Shoot, refusal: Refusal
+) -> None:
+    assert why in refusal("calibrate", *shoot(), *arguments)
 
 
 def test_json_goes_to_standard_output_and_no_file_is_written(

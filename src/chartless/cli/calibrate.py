@@ -15,6 +15,7 @@ from chartless.cli._options import (
     parse_times,
     require_outputs,
 )
+from chartless.cli._settings import parse_settings
 from chartless.cli._terminal import (
     FLAGGED,
     print_exposures,
@@ -152,6 +153,16 @@ def calibrate(
     tolerance: Annotated[
         float | None, _search("ism: gain below which the search has converged [1e-4].")
     ] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Setting of the method, such as weight=0.5; may be repeated. Of a sensor of known "
+            "noise: noise_prior=ELECTRONS,READ, those at white and those of reading.",
+            show_default=False,
+        ),
+    ] = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
     seed: Annotated[  # noqa: ARG001 - part of the command's contract
@@ -175,6 +186,7 @@ def calibrate(
         chartless calibrate bracket/*.jpg -o camera.json --report camera.html
         chartless calibrate a.png b.png -o camera.json
         chartless calibrate a.png b.png --dark cap1.png --dark cap2.png
+        chartless calibrate a.png b.png --set noise_prior=10000,13
         chartless calibrate dark.png middle.png bright.png --times 1,4,16
         chartless calibrate IMG_1.JPG IMG_2.JPG --raw IMG_1.CR2 --raw IMG_2.CR2
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
@@ -182,6 +194,7 @@ def calibrate(
     """
     from chartless.frames.sequence import expanded
     from chartless.result.file import save, to_json
+    from chartless.workflow import DEFAULT_METHOD, RAW_METHOD
     from chartless.workflow import calibrate as calibrate_camera
 
     frames = expanded(frames)
@@ -194,6 +207,12 @@ def calibrate(
         "shrink": shrink,
         "tolerance": tolerance,
     }
+    settings = {name: value for name, value in given.items() if value is not None}
+    named = parse_settings(setting or (), method or (RAW_METHOD if raw else DEFAULT_METHOD))
+    for name in settings.keys() & named.keys():
+        msg = f"`{name}` is given by --set and by an option of its own: omit one"
+        raise ParameterError(msg)
+    settings |= named
     target = output or (None if as_json else Path("camera.json"))
     require_outputs(target, report)
     if target is not None and target.resolve() in {
@@ -220,7 +239,7 @@ def calibrate(
             jobs=jobs,
             scheduler=scheduler,
             progress=progress,
-            **{name: value for name, value in given.items() if value is not None},
+            **settings,
         )
     if target is not None:
         save(calibration, target)

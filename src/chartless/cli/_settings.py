@@ -1,0 +1,63 @@
+"""Settings of a method from the texts of ``--set NAME=VALUE``."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from chartless.errors import ParameterError
+
+
+def parse_settings(texts: Iterable[str], method: str) -> dict[str, Any]:
+    """Values by name, each of the type that the method has for it.
+
+    Raises
+    ------
+    ParameterError
+        If a text is not ``NAME=VALUE``, or a value is of another type.
+    UnknownNameError
+        If there is no such method; settings that it does not have are refused where it is made.
+    """
+    from chartless.methods import CALIBRATORS
+
+    usual = CALIBRATORS[method]()
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            msg = f"--set takes NAME=VALUE, such as weight=0.5, not {text!r}"
+            raise ParameterError(msg)
+        name = name.strip().replace("-", "_")
+        found[name] = _parsed(name, value, getattr(usual, name, ""))
+    return found
+
+
+def _parsed(name: str, text: str, usual: object) -> Any:  # noqa: ANN401 - of the setting's type
+    parse, what = _reader_of(usual)
+    try:
+        return parse(text)
+    except ValueError:
+        msg = f"--set {name} takes {what}, not {text!r}"
+        raise ParameterError(msg) from None
+
+
+def _reader_of(usual: object) -> tuple[Callable[[str], Any], str]:
+    """What makes a value like a usual one out of a text, and how to write it."""
+    from chartless.noise import NoisePrior
+
+    if isinstance(usual, NoisePrior):
+        what = "electrons at white and of reading, as data sheets give them, such as 10000,13"
+        return (lambda text: NoisePrior.of_sensor(*_numbers(text, 2))), what
+    if isinstance(usual, tuple):
+        example = ",".join(f"{each:g}" for each in usual)
+        return (lambda text: _numbers(text, len(usual))), f"{len(usual)} numbers, such as {example}"
+    if isinstance(usual, int):
+        return int, f"a whole number, such as {usual}"
+    if isinstance(usual, float):
+        return float, f"a number, such as {usual:g}"
+    return str, "a word"
+
+
+def _numbers(text: str, count: int) -> tuple[float, ...]:
+    numbers = tuple(float(part) for part in text.split(","))
+    if len(numbers) != count:
+        raise ValueError
+    return numbers
