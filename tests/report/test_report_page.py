@@ -19,7 +19,7 @@ from chartless.flags import Flag, Pattern
 from chartless.formats import export_response, import_response
 from chartless.frames.frame import Frame
 from chartless.report import render
-from chartless.result.response import ExposureEstimate, SeenTransfer
+from chartless.result.response import ExposureEstimate, RawEstimate, SeenTransfer
 
 Element = Any
 Parse = Callable[[str], Element]
@@ -213,15 +213,18 @@ def test_the_table_of_light_is_the_inverse_response(
 
 
 def test_numbers_of_each_channel(page: str, parsed: Parse) -> None:
-    (table,) = (each for each in elements(parsed(page), "table") if "Each" in text_of(each[0]))
-
-    rows = {name: cells for name, *cells in rows_of(table)}
+    rows = numbers_of(page, parsed)
     assert rows["Noise slope U"] == ["0.050 ± 0.010"] * 3
     assert rows["Noise floor V"] == ["9.00 ± 0.90"] * 3
     assert rows["Levels seen"] == ["3 to 250"] * 3
     assert rows["Pixels compared"] == ["123,456"] * 3
     assert rows["Of these left out"] == ["0.25%"] * 3
     assert rows["Goodness of fit"] == ["deviance 1.01", "deviance 1.02", "deviance 1.34"]
+
+
+def numbers_of(page: str, parsed: Parse) -> dict[str, list[str]]:
+    (table,) = (each for each in elements(parsed(page), "table") if "Each" in text_of(each[0]))
+    return {name: cells for name, *cells in rows_of(table)}
 
 
 def test_exposures_of_a_bracket_are_listed(bracket_page: str, parsed: Parse) -> None:
@@ -259,6 +262,35 @@ def test_exposures_that_were_found_stand_beside_those_given(
     assert header == ["Exposure", "Relative", "Found", "Black", "White"]
     assert [row[2] for row in rows] == ["1", "0.8", "10000"]
     assert "found in channel Y" in text_of(table[0])
+
+
+def test_what_raw_files_tell_is_in_the_table(of_noise: Calibration, parsed: Parse) -> None:
+    raw = RawEstimate((0.9, 0.15, -0.05), (1.0, 1.254), 1.187, 0.0123)
+    red, *others = of_noise.channels
+    told = replace(of_noise, channels=(replace(red, raw=raw), *others))
+
+    rows = numbers_of(render(told), parsed)
+
+    assert rows["Weights of raw red, green, blue"] == ["0.90 0.15 -0.05", "-", "-"]
+    assert rows["Gains of the shots"] == ["1.000 to 1.254", "-", "-"]
+    assert rows["Gain of the corners"] == ["1.187", "-", "-"]
+    assert rows["Scatter of greys"] == ["1.2%", "-", "-"]
+    assert "Gain of the corners" not in numbers_of(render(of_noise), parsed)
+
+
+@pytest.mark.parametrize(("error", "shown"), [(0.0, None), (0.0345, ["± 3.5%"])])
+def test_what_is_unknown_of_the_exponent_is_in_the_table(
+    error: float, shown: list[str] | None, of_bracket: Calibration, parsed: Parse
+) -> None:
+    (response,) = of_bracket.channels
+    assert response.exposures is not None
+    exposures = replace(response.exposures, exponent_error=error)
+    told = replace(of_bracket, channels=(replace(response, exposures=exposures),))
+
+    rows = numbers_of(render(told), parsed)
+
+    assert rows.get("Error of the exponent") == shown
+    assert rows["Scatter between exposures"] == ["3.0%"]
 
 
 def with_found(calibration: Calibration, found: tuple[float, ...]) -> Calibration:

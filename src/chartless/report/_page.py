@@ -19,7 +19,7 @@ from chartless.report._figures import drawings
 from chartless.report._pictures import previews
 from chartless.report._words import unbroken
 from chartless.result.calibration import Calibration
-from chartless.result.response import Response
+from chartless.result.response import ExposureEstimate, RawEstimate, Response
 from chartless.result.summary import (
     doubts,
     error_text,
@@ -36,7 +36,10 @@ from chartless.types import JsonObject
 _MARKS = {Grade.GOOD: "✓", Grade.CARE: "!", Grade.DISTRUST: "✕"}
 _SHARES = np.array([0, 16, 32, 48, 64, 96, 128, 160, 192, 224, 240, 255]) / 255
 _OF_SEARCH = ("Levels seen", "Pixels compared", "The search")
-_IN_WORDS = {"weight": "weight of a pixel pair, 1 for a perfect model"}
+_IN_WORDS = {
+    "weight": "weight of a pixel pair, 1 for a perfect model",
+    "noise_prior": "noise expected, in u and v",
+}
 _DIGITS = 12  # of an SHA-256
 _FEW = 8  # inputs; more are folded away
 
@@ -126,6 +129,12 @@ def _numbers(channels: Sequence[Response]) -> list[Row]:
         Row("… at white, relative", [white_text(each) for each in channels]),
         Row("Noise slope U", [noise_text("slope", each, 3) for each in channels]),
         Row("Noise floor V", [noise_text("floor", each, 1) for each in channels]),
+        Row("Error of the exponent", [_exponent(each.exposures) for each in channels]),
+        Row("Scatter between exposures", [_scatter(each.exposures) for each in channels]),
+        Row("Weights of raw red, green, blue", [_matrix(each.raw) for each in channels]),
+        Row("Gains of the shots", [_gains(each.raw) for each in channels]),
+        Row("Gain of the corners", [_corner(each.raw) for each in channels]),
+        Row("Scatter of greys", [_scatter(each.raw) for each in channels]),
         Row("Levels seen", ["{} to {}".format(*each.observed_levels) for each in channels]),
         Row("Pixels compared", [f"{each.n_pairs:,}" for each in channels]),
         Row("Of these left out", [_share(each.outliers) for each in channels]),
@@ -135,6 +144,31 @@ def _numbers(channels: Sequence[Response]) -> list[Row]:
     if all(each.n_pairs == 0 for each in channels):  # of another program's file
         rows = [row for row in rows if row.name not in _OF_SEARCH]
     return [row for row in rows if set(row.values) != {"-"}]
+
+
+def _exponent(found: ExposureEstimate | None) -> str:
+    if found is None or found.exponent_error == 0:  # exact
+        return "-"
+    return f"± {found.exponent_error:.1%}"
+
+
+def _scatter(found: ExposureEstimate | RawEstimate | None) -> str:
+    return "-" if found is None else f"{found.scatter:.1%}"
+
+
+def _matrix(found: RawEstimate | None) -> str:
+    return "-" if found is None else " ".join(f"{weight:.2f}" for weight in found.matrix)
+
+
+def _gains(found: RawEstimate | None) -> str:
+    if found is None:
+        return "-"
+    low, high = min(found.gains), max(found.gains)
+    return f"{low:.3f}" if low == high else f"{low:.3f} to {high:.3f}"
+
+
+def _corner(found: RawEstimate | None) -> str:
+    return "-" if found is None else f"{found.corner_gain:.3f}"
 
 
 def _share(share: float | None) -> str:
@@ -197,6 +231,8 @@ def _provenance(calibration: Calibration) -> JsonObject:
 
 
 def _text(value: Any) -> str:  # noqa: ANN401 - JSON
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_text(each)}" for name, each in value.items())
     if isinstance(value, list):
         return ", ".join(map(_text, value))
     if isinstance(value, float) and math.isfinite(value):
