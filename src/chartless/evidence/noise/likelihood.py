@@ -31,7 +31,7 @@ from chartless.types import Counts, Floats
 _LEAST = 1e-14
 # A node has no part in levels that it shows less often than this.
 _NO_PART = 1e-9
-# Nodes of the scene lie no further apart than this part of the least noise, √v.
+# Nodes of the scene lie no further apart than so many deviations of the noise, where time allows.
 _SPACING, _MOST_NODES = 0.67, 512
 DARK_PIXELS = 20_000
 """Pixels of dark frames that count, at most: more of them know the toe of the curve so well that
