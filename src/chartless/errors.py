@@ -13,6 +13,7 @@ from difflib import get_close_matches
 _ARGUMENT = re.compile(r"`(?P<name>[a-z_]+)(?:=(?P<value>[^`]+))?`")
 _OPTIONS = {"name": "from", "n_levels": "levels", "noise_prior": "set noise_prior"}
 """Of arguments whose options have other names."""
+_PLAIN = str.maketrans("", "", "'[] ")
 
 
 class ChartlessError(Exception):
@@ -45,6 +46,8 @@ def with_options(text: str) -> str:
     'give --times, or --times unknown, and omit --shared-noise'
     >>> with_options("omit `aligned=False`")
     'omit --unaligned'
+    >>> with_options("give `times=[1, 2, 4]`")
+    'give --times 1,2,4'
     """
     return _ARGUMENT.sub(_as_option, text)
 
@@ -54,7 +57,7 @@ def _as_option(found: re.Match[str]) -> str:
     if value == "False":
         return f"--un{name}"
     option = "--" + _OPTIONS.get(name, name.replace("_", "-"))
-    return option if value is None else f"{option} {value.strip(chr(39))}"
+    return option if value is None else f"{option} {value.translate(_PLAIN)}"
 
 
 def _abridged(names: Collection[str]) -> list[str]:

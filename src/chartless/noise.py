@@ -148,7 +148,17 @@ class NoisePrior:
     def of_ratio(
         cls, slope: float, slope_spread: float, ratio: float, ratio_spread: float
     ) -> "NoisePrior":
-        """Prior in which u and r = u/v are independent, from medians and deviations of ln."""
+        """Prior in which u and r = u/v are independent, from medians and deviations of ln.
+
+        Raises
+        ------
+        ParameterError
+            If a number is not above 0.
+        """
+        numbers = slope, slope_spread, ratio, ratio_spread
+        if not all(0 < each < np.inf for each in numbers):
+            msg = f"medians and spreads of a noise prior lie above 0, not {numbers}"
+            raise ParameterError(msg)
         spread = float(np.hypot(slope_spread, ratio_spread))
         centre = AffineNoise(slope, slope / ratio)
         return cls(centre, (slope_spread, spread), slope_spread / spread)
@@ -165,6 +175,9 @@ class NoisePrior:
             By which u, and u/v, may be larger or smaller (one standard deviation), above 1: gain
             and tone curve change both.
         """
+        if not 1 < factor < np.inf:
+            msg = f"the factor of a noise prior lies above 1, not {factor!r}"
+            raise ParameterError(msg)
         centre, spread = AffineNoise.of_sensor(electrons, read), float(np.log(factor))
         return cls.of_ratio(centre.slope, spread, centre.ratio, spread)
 

@@ -257,8 +257,8 @@ def _calibrator(
     if model is None:
         return make(**settings)
     family = MODELS[model]
-    if method == "nlf":
-        msg = "nlf fits a free curve and takes no model: omit `model`"
+    if not hasattr(make(), "model"):
+        msg = f"{method} fits a curve of its own and takes no model: omit `model`"
         raise ParameterError(msg)
     return make(model=family, **settings)
 
@@ -339,8 +339,8 @@ def _raw_noise(read: "_Read") -> list[str]:
     if not any(map(is_raw, files)):
         return []
     text = (
-        "the noise of raw files grows with light far more than that of finished pictures, which "
-        "their curve is judged by: exposures of one scene tell better whether they are linear"
+        "noise tells to about 0.02 whether raw files are linear: exposures of one scene tell it "
+        "to 0.003"
     )
     return [text]
 
@@ -412,8 +412,7 @@ def _read(
     """Read the evidence that was planned, and screen it."""
     if not plan.bracket:
         noise = _noise(items, progress, jobs, scheduler, common)
-        lossy = any(source.lossy for source in noise.sources)
-        own = dict(screen(noise.tables, noise.checks, lossy=lossy))
+        own = dict(screen(noise.tables, noise.checks, lossy=_any_lossy(noise)))
         return _Read(plan.reason, own, noise.sources, noise.bit_depth, noise.n_levels, noise=noise)
     places = itertools.count(1)
 
@@ -446,13 +445,19 @@ def _read(
     # Levels that repeats do not cover are covered by other exposures.
     both = {
         name: (*flags[name], *(flag for flag in own if flag is not Flag.LEVELS_UNSEEN))
-        for name, own in screen(noise.tables, noise.checks, covering=False).items()
+        for name, own in screen(
+            noise.tables, noise.checks, covering=False, lossy=_any_lossy(noise)
+        ).items()
     }
     repeats = [source for part in parts for source in part.sources[1:]]
     sources = (*exposures.sources, *repeats)
     return _Read(
         plan.reason, both, sources, exposures.bit_depth, n_levels, noise=noise, bracket=exposures
     )
+
+
+def _any_lossy(noise: NoiseEvidence) -> bool:
+    return any(source.lossy for source in noise.sources)
 
 
 def _unread(item: str | os.PathLike[str] | Levels, place: int) -> FrameSource:

@@ -226,7 +226,7 @@ def test_noise_of_raw_files_comes_with_a_warning(tmp_path: Path, chartless: Char
         done = chartless("calibrate", *frames, "--method", "nlf", "--jobs", jobs, "--json")
 
         assert done.status == 0, done.err
-        assert "note: the noise of raw files grows with light" in done.err
+        assert "note: noise tells to about 0.02 whether raw files are linear" in done.err
 
 
 def test_raw_files_are_neither_linearized_nor_merged(

@@ -243,7 +243,7 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
         (BRACKET, {"times": [16, 4, 1]}, ParameterError, "stops from `times`"),
         (SAME[:2], {"times": [1, 2]}, ParameterError, "its EXIF exposure is 1.0 stops from `ti"),
         (SILENT, {"kind": "bracket"}, UnfitFramesError, "the files record no exposure settings"),
-        (SILENT, {"kind": "both"}, UnfitFramesError, "give `times`, such as `times='1,2,4'`"),
+        (SILENT, {"kind": "both"}, UnfitFramesError, "give `times`, such as `times=.1, 2, 4.`"),
         (SAME, {"kind": "bracket"}, UnfitFramesError, "a bracket needs two or more frames"),
         (SAME, {"kind": "both"}, UnfitFramesError, "`evidence='noise'` for frames of one exposure"),
         (BRACKET, {"kind": "both"}, UnfitFramesError, "no exposure is repeated"),

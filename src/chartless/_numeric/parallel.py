@@ -153,7 +153,7 @@ def _require_scheduler(scheduler: str) -> None:
         with ThreadPoolExecutor(1) as thread:
             kind = thread.submit(asyncio.run, _kind_of_server(scheduler)).result()
     except (OSError, TimeoutError) as error:
-        msg = f"no Dask scheduler answers at {scheduler}: start one with `dask scheduler`"
+        msg = f"no Dask scheduler answers at {scheduler}: start one with the command dask scheduler"
         raise ParameterError(msg) from error
     except (ValueError, TypeError) as error:
         msg = f"{scheduler!r} is no address of a Dask scheduler, such as tcp://host:8786: {error}"

@@ -14,7 +14,7 @@ from chartless.cli._terminal import (
     remark_foreign,
     remark_verdict,
 )
-from chartless.errors import ParameterError
+from chartless.errors import ParameterError, with_options
 
 if TYPE_CHECKING:
     from chartless.formats import AbstractFormat, ExportSettings
@@ -98,7 +98,7 @@ def export(
             {
                 "format": name,
                 "files": [str(each) for each in files],
-                "lost": lost,
+                "lost": with_options(lost),
                 "verdict": verdict(camera.channels).to_json(),
             }
         )

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from chartless.cli._options import AsJson, parse_times
 from chartless.cli._terminal import print_json, progress_bar, remark, remark_verdict
-from chartless.errors import ParameterError, UnfitFramesError
+from chartless.errors import ParameterError, UnfitFramesError, with_options
 
 if TYPE_CHECKING:
     from chartless.evidence.plan import Plan
@@ -135,7 +135,7 @@ def merge(
             }
         )
         return
-    print(f"{output}: {width} × {height}, {plan.reason}")
+    print(f"{output}: {width} × {height}, {with_options(plan.reason)}")
     print(f"radiance  {_range(merged)} in {unit}")
     print(f"clipped   {_clipped(merged)}")
 

@@ -166,7 +166,7 @@ def planned(
         return _noise_alone(len(names), "noise (the files record no exposure settings)")
     else:
         msg = (
-            "the files record no exposure settings: give `times`, such as `times='1,2,4'`, or "
+            "the files record no exposure settings: give `times`, such as `times=[1, 2, 4]`, or "
             "`times='unknown'`"
         )
         raise UnfitFramesError(msg)

@@ -9,7 +9,13 @@ import numpy as np
 
 from chartless.curves.prior import CurvePrior, bin_edges
 from chartless.curves.space import FreeCurve, in_coordinates
-from chartless.evidence.noise.likelihood import PairModel, Scene, n_nodes_for, scene_precision
+from chartless.evidence.noise.likelihood import (
+    SCENE_NODES,
+    SPACING,
+    PairModel,
+    Scene,
+    scene_precision,
+)
 from chartless.inference.posterior import deviations_at_levels
 from chartless.models import UNIFORM_IRRADIANCE, AbstractModel
 from chartless.noise import TYPICAL_SPREAD, AffineNoise
@@ -86,7 +92,7 @@ def free_bound(
     """Least root mean square error of f over irradiance for an estimate of any curve.
 
     The Bayesian form (van Trees 1968, Detection, Estimation, and Modulation Theory, section 2.4):
-    curve and noise have the priors that the likelihood method gives them.
+    curve and noise have the priors that the noise experiment gives them.
 
     Parameters
     ----------
@@ -117,7 +123,7 @@ def free_bound(
 
 
 def _histogram(scene: Floats, noise: AffineNoise) -> Scene:
-    """Histogram of true irradiance at nodes fine enough for the noise."""
-    n_nodes = n_nodes_for(noise)
+    """Histogram of true irradiance at even nodes, fine enough for the noise at black."""
+    n_nodes = max(SCENE_NODES, int(np.ceil(1 / (SPACING * np.sqrt(noise.floor)))))
     counts = np.histogram(scene, bins=n_nodes, range=(0.0, 1.0))[0] + 0.5
     return Scene((np.arange(n_nodes) + 0.5) / n_nodes, np.log(counts))

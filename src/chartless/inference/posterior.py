@@ -29,7 +29,7 @@ from chartless.types import Bools, Floats
 
 PAIR_WEIGHT = 0.2
 """Of a pair of pixels in the likelihood."""
-RIDGE_PAIRS = 30_000
+RIDGE_PAIRS = 10_000
 """Weighted pairs that tell ratios apart, at most."""
 RATIOS = (
     *(0.005, 0.013, 0.032, 0.08, 0.2, 0.5, 1.25, 3.1, 7.8, 20.0, 50.0),
@@ -394,6 +394,18 @@ def weighted(mode: Mode, share: float) -> float:
     return share * (mode.log_evidence - mode.known) + mode.known
 
 
+def belief(mode: Mode, space: AbstractCurveSpace) -> float:
+    """How much of the evidence to believe, 0 … 1, as far as the prior knows such curves.
+
+    A prior whose scale were unknown would tell curves apart by P/(2q) of what it says, where P is
+    the number of coordinates and q half the squared distance of the curve from its mean, about
+    P/2 for curves that it knows.
+    """
+    away = mode.state.coordinates - space.mean
+    surprise = 0.5 * float(away @ space.precision @ away)
+    return min(1.0, 0.5 * away.size / max(surprise, 1e-9))
+
+
 class ScaleSpread(NamedTuple):
     """How the deviation of g divides into that of its scale and that of its shape."""
 
@@ -574,9 +586,14 @@ def std_with_dark(posterior: Posterior, space: AbstractCurveSpace) -> Floats:
 
 
 def _told_of_ratio(modes: list[Mode], share: float, log_ratios: Floats) -> Floats:
-    """What the pairs of a channel tell of the ratio, without the prior; flat beyond its modes."""
+    """What the pairs of a channel tell of the ratio, flat beyond its modes.
+
+    Without the priors: curves of one camera are alike, and each would count theirs anew.
+    """
     known = np.log([mode.ratio for mode in modes])
-    told = np.array([share * (mode.log_evidence - mode.known) for mode in modes])
+    told = np.array(
+        [share * sum(fit.log_likelihood() - fit.firm for fit in mode.fits) for mode in modes]
+    )
     if len(modes) == 1:
         return np.zeros(log_ratios.size)
     within = np.clip(log_ratios, known[0], known[-1])

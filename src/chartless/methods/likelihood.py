@@ -32,6 +32,7 @@ from chartless.inference.posterior import (
     Mode,
     Posterior,
     State,
+    belief,
     covariance_of,
     integrated,
     maximise,
@@ -174,8 +175,8 @@ class LikelihoodSearch(AbstractCalibrator):
         """Estimate channels that share the ratio u/v of their noise parameters.
 
         So they do where they come from one sensor and were not multiplied by different gains:
-        a gain g on the light multiplies u by g and v by g². What the pairs of all channels tell
-        of the ratio is added up, as if their curves were drawn from the prior one by one.
+        a gain g on the light multiplies u by g and v by g². What the pairs of the other channels
+        tell of the ratio is added to what a channel tells itself.
 
         Parameters
         ----------
@@ -247,8 +248,11 @@ class LikelihoodSearch(AbstractCalibrator):
         begin = State.at_ratio(
             usual.ratio, space.nearest(start.edges), start.log_floor, (scene.log_weights,)
         )
-        share = ridge_share(counts, space)
-        modes = ridge([term], space, begin, share, noise_prior=self.noise_prior, on_mode=on_mode)
+        first = maximise([term], space, begin, noise_prior=self.noise_prior)
+        share = ridge_share(counts, space) * belief(first, space)
+        modes = ridge(
+            [term], space, first.state, share, noise_prior=self.noise_prior, on_mode=on_mode
+        )
         return Found(space, modes, share, still, None)
 
     def _of_exposures(

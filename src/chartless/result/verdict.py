@@ -15,8 +15,8 @@ from chartless.result.response import Response
 from chartless.types import Floats, JsonObject
 
 GOOD_BAND = 0.02
-"""Deviation of the inverse response up to which a curve is good: nine of ten pairs of frames
-without faults come closer (docs/how-sure.md)."""
+"""Deviation of the inverse response up to which a curve is good: brackets of real cameras come
+closer (docs/brackets.md), noise alone does if the sensor is known (docs/how-sure.md)."""
 GOOD_WHITE = 0.02
 """Relative deviation of the light at white up to which a curve is good in scale as well."""
 WORST_BAND = 0.045
@@ -125,7 +125,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     elif grave and known is not None:
         bad.append(f"The error may be several times the given ± {widest:.3f}.")
     elif widest > GOOD_BAND:
-        doubtful.append(f"{how_sure}; good frames give ± {GOOD_BAND:g} or less.")
+        doubtful.append(f"{how_sure}; a good bracket gives ± {GOOD_BAND:g} or less.")
     elif known is not None:
         fine.append(f"{how_sure}.")
     doubtful += _of_white(white)

@@ -32,7 +32,7 @@ _LEAST = 1e-14
 # A node has no part in levels that it shows less often than this.
 _NO_PART = 1e-9
 # Nodes of the scene lie no further apart than so many deviations of the noise, where time allows.
-_SPACING, _MOST_NODES = 0.67, 512
+SPACING, _MOST_NODES = 0.67, 512
 DARK_PIXELS = 20_000
 """Pixels of dark frames that count, at most: more of them know the toe of the curve so well that
 what a family cannot follow there spoils the rest."""
@@ -301,7 +301,7 @@ class PairModel:
 def n_nodes_for(noise: AffineNoise) -> int:
     """Nodes of a scene that lie close enough for the noise."""
     extent = float(np.exp(log_extent(noise.ratio))) / np.sqrt(noise.floor)
-    return max(SCENE_NODES, int(np.ceil(extent / _SPACING)))
+    return max(SCENE_NODES, int(np.ceil(extent / SPACING)))
 
 
 def even_scene(noise: AffineNoise) -> Scene:
