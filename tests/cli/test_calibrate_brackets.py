@@ -409,6 +409,10 @@ def exif_of(kind: str) -> list[dict[str, Any]]:
         ("partly", ["--evidence", "bracket"], "the files record no exposure settings"),
         ("same", ["--evidence", "bracket"], "a bracket needs two or more frames of one scene at"),
         ("rising", ["--evidence", "both"], "no exposure is repeated, so there is no noise"),
+        *(
+            ("rising", ["--method", name, "--model", "gamma"], f"{name} fits a curve of its own")
+            for name in ("debevec", "mitsunaga", "robertson")
+        ),
         ("rising", ["--jobs", "2"], "where --jobs would change nothing: omit that"),
         ("rising", ["--scheduler", "tcp://a:1"], "where --scheduler would change nothing"),
         ("rising", ["--dark", "0.png"], "where --dark would change nothing"),

@@ -32,6 +32,7 @@ from chartless.inference.posterior import (
     Posterior,
     State,
     at_levels,
+    belief,
     deviations_at_levels,
     integrated,
     maximise,
@@ -519,6 +520,20 @@ def test_without_a_share_the_evidence_of_pairs_does_not_matter(
     np.testing.assert_array_equal(found.log_noise_covariance, same.log_noise_covariance)
     assert found.best.ratio == same.best.ratio
     assert np.abs(shared.inverse - other.inverse).max() > 1e-5
+
+
+@pytest.mark.parametrize(("deviations", "believed"), [(0.0, 1.0), (1.0, 1.0), (4.0, 1 / 16)])
+def test_curves_that_the_prior_does_not_know_are_believed_less(
+    deviations: float, believed: float, counts: PairCounts
+) -> None:
+    """So many deviations away in each direction."""
+    space = free_curve(LEVELS)
+    mode = mode_at(counts, space, USUAL_RATIO)
+    root = np.linalg.cholesky(np.linalg.inv(space.precision))
+    coordinates = space.mean + root @ np.full(space.mean.size, deviations)
+    there = replace(mode, state=replace(mode.state, coordinates=coordinates))
+
+    assert belief(there, space) == pytest.approx(believed)
 
 
 def test_other_channels_count_by_what_their_pairs_tell_of_the_ratio(
