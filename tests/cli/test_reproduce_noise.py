@@ -160,7 +160,9 @@ def test_a_scheduler_that_is_not_there(
 
     line = refusal(*arguments, "-o", tmp_path / "out", "--scheduler", address)
 
-    assert line == f"no Dask scheduler answers at {address}: start one with `dask scheduler`"
+    assert (
+        line == f"no Dask scheduler answers at {address}: start one with the command dask scheduler"
+    )
 
 
 def test_a_folder_that_may_not_be_written(

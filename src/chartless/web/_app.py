@@ -238,7 +238,10 @@ async def _export(request: Request, workspace: Workspace) -> Response:
     """A file of another program; the header X-Lost says what it does not hold."""
     camera = _finished(workspace, request.path_params["camera"])
     name, content, lost = await workspace.export(camera, request.path_params["format"])
-    headers = {"content-disposition": f'attachment; filename="{name}"', "x-lost": quote(lost)}
+    headers = {
+        "content-disposition": f'attachment; filename="{name}"',
+        "x-lost": quote(with_options(lost)),
+    }
     return Response(content, media_type="application/octet-stream", headers=headers)
 
 

@@ -16,7 +16,7 @@ import threading
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from chartless.errors import ChartlessError
+from chartless.errors import ChartlessError, with_options
 
 if TYPE_CHECKING:
     from chartless.types import JsonObject
@@ -55,7 +55,7 @@ def _answer(task: "JsonObject", say: "Say") -> "JsonObject":
         with contextlib.chdir(task["folder"]):
             return {"done": TASKS[task["task"]](task, say)}
     except ChartlessError as error:
-        return {"failed": _line(str(error))}
+        return {"failed": _line(with_options(str(error)))}
     except MemoryError:
         text = "that takes more memory than there is: give smaller or fewer frames"
         return {"failed": text, "broken": True}
