@@ -115,9 +115,9 @@ def _command_of(error: TyperException) -> str:
 def _fail(message: str, given: list[str], status: int) -> int:
     if os.environ.get("CHARTLESS_DEBUG"):
         traceback.print_exc()
-    line = with_options(" ".join(message.split()))
+    line = " ".join(message.split())
     with contextlib.suppress(OSError):  # of a full disk or a closed pipe
         print_line(f"chartless: error: {line}", sys.stderr)
         if "--json" in given:
-            print(json.dumps({"error": line}), flush=True)
+            print(json.dumps({"error": with_options(line)}), flush=True)
     return status

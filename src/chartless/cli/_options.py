@@ -45,10 +45,18 @@ def require_outputs(calibration: Path | None, report: Path | None) -> None:
         require_writable(calibration)
 
 
+def parse_numbers(text: str, count: int) -> tuple[float, ...]:
+    """So many numbers with commas between them; raises ValueError for anything else."""
+    numbers = tuple(float(part) for part in text.split(","))
+    if len(numbers) != count:
+        raise ValueError
+    return numbers
+
+
 def parse_pair(text: str) -> tuple[float, float]:
     """Noise U, V from the text ``U,V``."""
     try:
-        slope, floor = (float(part) for part in text.split(","))
+        slope, floor = parse_numbers(text, 2)
     except ValueError:
         msg = f"noise must be two numbers U,V such as 0.17,0.7, not {text!r}"
         raise ParameterError(msg) from None

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from chartless.cli._options import parse_numbers
 from chartless.errors import ParameterError
 
 
@@ -44,20 +45,15 @@ def _reader_of(usual: object) -> tuple[Callable[[str], Any], str]:
     from chartless.noise import NoisePrior
 
     if isinstance(usual, NoisePrior):
-        what = "electrons at white and of reading, as data sheets give them, such as 10000,13"
-        return (lambda text: NoisePrior.of_sensor(*_numbers(text, 2))), what
+        what = "electrons at white and of read noise, as data sheets give them, such as 10000,13"
+        return (lambda text: NoisePrior.of_sensor(*parse_numbers(text, 2))), what
     if isinstance(usual, tuple):
         example = ",".join(f"{each:g}" for each in usual)
-        return (lambda text: _numbers(text, len(usual))), f"{len(usual)} numbers, such as {example}"
+        return (
+            lambda text: parse_numbers(text, len(usual))
+        ), f"{len(usual)} numbers, such as {example}"
     if isinstance(usual, int):
         return int, f"a whole number, such as {usual}"
     if isinstance(usual, float):
         return float, f"a number, such as {usual:g}"
     return str, "a word"
-
-
-def _numbers(text: str, count: int) -> tuple[float, ...]:
-    numbers = tuple(float(part) for part in text.split(","))
-    if len(numbers) != count:
-        raise ValueError
-    return numbers

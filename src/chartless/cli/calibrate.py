@@ -158,8 +158,8 @@ def calibrate(
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="Setting of the method, such as weight=0.5; may be repeated. Of a sensor of known "
-            "noise: noise_prior=ELECTRONS,READ, those at white and those of reading.",
+            help="Setting of the method, such as weight=0.5; may be repeated. For a sensor of known "
+            "noise: noise_prior=ELECTRONS,READ (electrons at white, read noise in electrons).",
             show_default=False,
         ),
     ] = None,
