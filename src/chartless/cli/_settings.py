@@ -48,10 +48,8 @@ def _reader_of(usual: object) -> tuple[Callable[[str], Any], str]:
         what = "electrons at white and of read noise, as data sheets give them, such as 10000,13"
         return (lambda text: NoisePrior.of_sensor(*parse_numbers(text, 2))), what
     if isinstance(usual, tuple):
-        example = ",".join(f"{each:g}" for each in usual)
-        return (
-            lambda text: parse_numbers(text, len(usual))
-        ), f"{len(usual)} numbers, such as {example}"
+        what = f"{len(usual)} numbers, such as {','.join(f'{each:g}' for each in usual)}"
+        return (lambda text: parse_numbers(text, len(usual))), what
     if isinstance(usual, int):
         return int, f"a whole number, such as {usual}"
     if isinstance(usual, float):

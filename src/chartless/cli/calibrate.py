@@ -158,8 +158,8 @@ def calibrate(
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="Setting of the method, such as weight=0.5; may be repeated. For a sensor of known "
-            "noise: noise_prior=ELECTRONS,READ (electrons at white, read noise in electrons).",
+            help="Setting of the method, such as weight=0.5; may be repeated. For a sensor of "
+            "known noise: noise_prior=ELECTRONS,READ (electrons at white, read noise).",
             show_default=False,
         ),
     ] = None,
