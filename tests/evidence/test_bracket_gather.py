@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise, permutations
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence.bracket import gather as exposures
 from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
 from chartless.evidence.bracket.transfer import brightness_transfer
+from chartless.frames.compression import Blocks
 from chartless.frames.frame import CameraSettings, Frame
 from chartless.frames.levels import level_table
 from chartless.types import Floats
@@ -230,6 +232,19 @@ def test_histograms_hold_the_pixels_of_the_mask() -> None:
         for frame, row in zip(frames, rows, strict=True):
             expected = np.bincount(frame.levels[..., channel][mask], minlength=256)
             np.testing.assert_array_equal(row, expected)
+
+
+def test_white_is_counted_where_lossy_blocks_that_hold_it_are_not_compared() -> None:
+    light = np.full((16, 32), 0.1)
+    light[:8, :8] = 2.0  # a block and a pixel of another
+    light[8, 8] = 2.0
+    frames = [replace(frame, blocks=Blocks(8, 8)) for frame in bracket(light, EXPOSURES[:2])]
+
+    evidence = bracket_evidence(frames, EXPOSURES[:2])
+
+    np.testing.assert_allclose(evidence.clipped[:, 1], [np.mean(f.levels == 255) for f in frames])
+    assert evidence.clipped[-1, 1] > 0.1
+    assert evidence.histograms["Y"][-1].sum() == light.size - 2 * 64
 
 
 def test_a_sample_is_of_single_pixels(monkeypatch: pytest.MonkeyPatch) -> None:

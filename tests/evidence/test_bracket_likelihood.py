@@ -612,6 +612,36 @@ def test_weights_of_rows() -> None:
     np.testing.assert_allclose((1e7 * more)[20:31], (1e6 * many)[20:31], rtol=0.01)
 
 
+def test_rows_of_lossy_files_count_less_where_the_scene_shifts_them() -> None:
+    """Five times the shift is what pixels share, twenty times where the shorter one is given."""
+    counts = np.tile(1e6 * np.exp(-np.arange(32) / 8.0), (32, 1)).T
+    noise, own = AffineNoise.from_8bit(0.5, 4), np.array([math.log(1e-6)])
+    edges = gamma_edges(32)
+
+    def informed(shorter: int, longer: int, margin: int) -> Comparagram:
+        table = replace(comparagram(counts, shorter, longer, margin=margin), histogram=counts[:, 0])
+        (found,) = ExposureModel(exposure_counts(table), edges, noise, own).informed()[0].tables
+        return found
+
+    level, step = 20, math.log(2.0)
+    for shorter, longer, times in ((0, 1, 5.0), (1, 0, 20.0)):
+        lossy = informed(shorter, longer, margin=2)
+        assert lossy.shift is not None
+        assert lossy.weight is not None
+        assert abs(lossy.shift[level]) > 0.003
+        ratio = math.exp(step if longer else -step)
+        light = (edges[level] + edges[level - 1]) / 2
+        mean = light / ratio
+        variance = noise.slope * (mean + light / ratio**2) + noise.floor * (1 + 1 / ratio**2)
+        variance += (edges[level] - edges[level - 1]) ** 2 / 12 / ratio**2
+        shared = (times * lossy.shift[level] * mean) ** 2 / variance
+        n_pixels = counts[level].sum()
+        assert lossy.weight[level] == pytest.approx(1 / (1 + n_pixels * shared), rel=1e-4)
+        lossless = informed(shorter, longer, margin=0)
+        assert lossless.weight is not None
+        assert lossless.weight[level] == pytest.approx(1.0, rel=1e-3)
+
+
 def test_the_limit_of_many_pixels_is_that_of_what_they_share() -> None:
     """0.3 of the scatter's variance is common to a row: its mean is no surer than that."""
     scatter, noise = 0.05, AffineNoise.from_8bit(0.03, 16)

@@ -36,6 +36,7 @@ def evidence(*rows: Counts, **changes: Any) -> BracketEvidence:
         "log_exposures": np.log(2.0) * np.arange(number),
         "exposure_error": 0.0,
         "histograms": {"Y": np.stack(rows)},
+        "clipped": np.stack([row[[0, -1]] / row.sum() for row in rows]),
         "checks": (STILL,) * (number - 1),
         "overlaps": (0.5,) * (number - 1),
         "brightenings": (0.3,) * (number - 1),

@@ -1,6 +1,7 @@
 """Made-up cameras come back from brackets: exposures exact, nearly and not known, and repeated."""
 
 import csv
+import io
 import sys
 from dataclasses import replace
 from functools import cache
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.optimize import minimize_scalar
 from slow_cases import slow_but
@@ -23,6 +25,7 @@ from chartless.evidence.bracket.gather import bracket_evidence
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
+from chartless.frames.compression import Blocks
 from chartless.frames.frame import Frame
 from chartless.frames.levels import level_table
 from chartless.images import read_frame
@@ -382,6 +385,52 @@ def test_a_family_that_holds_the_camera_finds_its_exponent() -> None:
 
     assert isinstance(given.curve, ModelCurve)
     assert given.curve.parameters == pytest.approx((0.45,), abs=0.002)
+
+
+@pytest.mark.parametrize(("name", "model"), [("film", "gamma"), ("srgb", "gamma")])
+def test_a_family_that_misses_the_camera_says_by_how_much(name: str, model: str) -> None:
+    given = found(name, model=model)
+    off = np.abs(given.inverse_lut - CURVES[name].inverse(LEVELS))
+
+    assert (Flag.MISFIT in given.flags) == (name == "film")
+    assert covered(given, name) > 0.8
+    assert np.sqrt(np.mean(deviations(given) ** 2)) > 0.4 * np.sqrt(np.mean(off**2)) > 0.002
+
+
+def test_a_family_that_fits_is_as_sure_as_its_pixels() -> None:
+    given = found("gamma", model="gamma")
+
+    assert Flag.MISFIT not in given.flags
+    assert deviations(given).max() < 0.003
+
+
+# Lossy files
+
+
+def as_jpeg(frame: Frame, quality: int) -> Frame:
+    stream = io.BytesIO()
+    Image.fromarray(frame.levels[..., 0]).save(stream, "jpeg", quality=quality)
+    levels = np.asarray(Image.open(stream))[..., np.newaxis]
+    return replace(frame, levels=np.ascontiguousarray(levels), blocks=Blocks(8, 8))
+
+
+@pytest.mark.parametrize("electrons", slow_but([300, 1_000, 10_000], 1_000))
+@pytest.mark.parametrize("name", slow_but(["srgb", "film", "linear"], "srgb"))
+def test_the_shape_from_noisy_jpegs_is_as_sure_as_it_is_said_to_be(
+    name: str, electrons: int
+) -> None:
+    noise = AffineNoise.of_sensor(electrons, 6)
+    frames = [as_jpeg(shot, 92) for shot in shots(CURVES[name], (1.0, 4.0, 16.0), noise=noise)]
+    counts = bracket_evidence(frames, np.log([1.0, 4.0, 16.0])).counts("Y")
+
+    given = LikelihoodSearch().calibrate(exposures=counts)
+
+    truth = CURVES[name].inverse(LEVELS)
+    scale = (truth @ given.inverse_lut) / (given.inverse_lut @ given.inverse_lut)
+    off = np.abs(given.inverse_lut * scale - truth)[1:-1]
+    assert given.shape_std is not None
+    assert np.mean(off <= 2 * given.shape_std[1:-1]) > 0.9
+    assert np.sqrt(np.mean(off**2)) < {300: 0.03, 1_000: 0.02, 10_000: 0.01}[electrons]
 
 
 # Scatter

@@ -235,10 +235,14 @@ class Response:
         Where g^γ explains the evidence as well as g, g is off by g ln g times that of ln γ.
         """
         light = self.inverse_lut
-        by_exponent = error * light * np.log(np.maximum(light, np.finfo(np.float64).tiny))
+        log_light = np.log(np.maximum(light, np.finfo(np.float64).tiny))
+        return self.with_level_errors(error * light * log_light)
+
+    def with_level_errors(self, error: Floats) -> "Response":
+        """Return the same response with another deviation of g at each level, shape (L,)."""
 
         def widened(std: Floats | None) -> Floats | None:
-            return None if std is None else np.hypot(std, by_exponent)
+            return None if std is None else np.hypot(std, error)
 
         return replace(
             self,

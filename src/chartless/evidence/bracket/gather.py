@@ -71,7 +71,10 @@ class BracketEvidence:
     exposure_error: float
     """Deviation of each; 0 if they are exact."""
     histograms: dict[str, Counts]
-    """How often each level occurs in the sample of each exposure, shape (K, L)."""
+    """How often each level occurs in what is compared of each exposure, shape (K, L)."""
+    clipped: Floats
+    """Shares of black and of white in each exposure, of all channels, shape (K, 2): of whole
+    frames, where in lossy files blocks that hold white are not compared."""
     checks: tuple[PairCheck, ...]
     """One for each exposure and the next, their levels brought together."""
     overlaps: tuple[float, ...]
@@ -193,6 +196,7 @@ def bracket_evidence(
         msg = "a bracket needs two or more frames of one scene at different exposures"
         raise UnfitFramesError(msg)
     lossy = reading.history.lossy
+    clipped = _clipped(samples, n_levels)
     if lossy and aligned:
         samples = [replace(each, usable=each.usable & ~each.touched) for each in samples]
     inner = [_inner(sample, n_levels) for sample in samples]
@@ -220,6 +224,7 @@ def bracket_evidence(
         log_exposures=log_exposures,
         exposure_error=exposure_error,
         histograms=stacked,
+        clipped=clipped,
         checks=tuple(reading.checks),
         overlaps=_overlaps(samples, inner),
         white_error=UNALIGNED_WHITE if lossy and not aligned else 0.0,
@@ -351,6 +356,13 @@ def _histograms(samples: list[_Sample], channel: str, n_levels: int) -> Counts:
         np.bincount(sample.levels[channel][sample.usable], minlength=n_levels) for sample in samples
     ]
     return np.stack(rows).astype(np.int64)
+
+
+def _clipped(samples: list[_Sample], n_levels: int) -> Floats:
+    """Shares of black and of white in each exposure, of all channels, shape (K, 2)."""
+    counts = np.sum([_histograms(samples, name, n_levels) for name in samples[0].levels], axis=0)
+    total = np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    return np.asarray(counts[:, [0, -1]] / total)
 
 
 def _followed(first: Levels, second: Levels, n_levels: int) -> Levels:

@@ -72,11 +72,9 @@ def exposure_rows(evidence: BracketEvidence) -> list[JsonObject]:
     -------
     list of dict
         For each exposure, in order: ``file``; ``relative`` exposure as given; ``black`` and
-        ``white``, shares of the samples of all channels; ``overlap`` and ``displacement`` with the
+        ``white``, shares of the pixels of all channels; ``overlap`` and ``displacement`` with the
         next exposure (share of pixels between black and white in both; pixels), None for the last.
     """
-    counts = np.sum([*evidence.histograms.values()], axis=0)
-    total = np.maximum(counts.sum(axis=1), 1)
     relative = np.exp(evidence.log_exposures - evidence.log_exposures.min())
     following = [*evidence.overlaps, None]
     shifts = [*(_displacement(evidence, place) for place in range(len(evidence.overlaps))), None]
@@ -84,8 +82,8 @@ def exposure_rows(evidence: BracketEvidence) -> list[JsonObject]:
         {
             "file": str(source.path),
             "relative": float(relative[place]),
-            "black": float(counts[place, 0] / total[place]),
-            "white": float(counts[place, -1] / total[place]),
+            "black": float(evidence.clipped[place, 0]),
+            "white": float(evidence.clipped[place, 1]),
             "overlap": following[place],
             "displacement": shifts[place],
         }
