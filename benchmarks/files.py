@@ -14,6 +14,7 @@ Curves are, in turn, of digital cameras (folder modern_curves, one for all chann
 under test. Noise is that of a sensor of 10,000 electrons that is read with 6.
 
 bracket    five exposures two stops apart, a middle grey of 0.18 in the middle one, exposures given
+noisy      the same, noise of 1,000 electrons read with 6
 unknown    the same with --times unknown
 exif       the same, exposures known as well as EXIF tells them
 unaligned  the same, levels matched by rank
@@ -28,7 +29,9 @@ white      how far ln g is off at a brightness of 0.8: the error of the scale
 white band the deviation that the calibration claims for that
 band       the root mean square that the calibration claims for g
 cover      share of levels 1 … 254 at which the truth lies within two deviations of g
-for shape  the same of g/g(level of the scale): what the band of the shape is worth
+at best    root mean square of g − truth where g is brought closest by one factor
+claimed    what the calibration claims for that: the deviation of the shape
+held       mean share of levels 1 … 254 at which it holds, within two deviations
 
 and over all calibrations of a row, how many were called good, with care, not to be trusted, or
 were refused; `wrong` is the share of those called good that are off by more than 0.02 in a
@@ -80,11 +83,11 @@ GREY = 0.18
 NOISE = AffineNoise.of_sensor(10_000, 6)
 HIGH_ISO = AffineNoise.of_sensor(1_000, 6)
 FORMATS = ("png", "jpeg100", "jpeg95", "jpeg95-420", "jpeg90-420", "jpeg80-420", "regrid")
-KINDS = ("bracket", "exif", "unknown", "unaligned", "burst")
+KINDS = ("bracket", "noisy", "exif", "unknown", "unaligned", "burst")
 CHANNELS = "RGB"
 WRONG = 0.02
 """Error of light from which a calibration that is called good is wrong."""
-MEDIANS = ("shape", "light", "white", "white_band", "band", "cover")
+MEDIANS = ("shape", "light", "white", "white_band", "band", "cover", "at_best", "claimed")
 REFERENCE = 0.8
 """Brightness at which the scale is compared."""
 
@@ -224,6 +227,7 @@ class Shot:
         """Arguments of `calibrate` besides the files."""
         settings: dict[str, JsonObject] = {
             "bracket": {"times": TIMES},
+            "noisy": {"times": TIMES},
             "unknown": {"times": "unknown"},
             "exif": {"times": TIMES, "time_error": EXIF_ERROR},
             "unaligned": {"times": TIMES, "aligned": False},
@@ -237,12 +241,13 @@ def shots(case: Case, kinds: Iterable[str], forms: Iterable[str], folder: Path) 
     for form in forms:
         made: dict[str, tuple[Path, ...]] = {}
         for kind in kinds:
-            what = "burst" if kind == "burst" else "bracket"
+            what = kind if kind in {"burst", "noisy"} else "bracket"
             if what not in made:
                 if what == "burst":
                     frames = [case.levels(TIMES[2], HIGH_ISO, 10 + k) for k in range(2)]
                 else:
-                    frames = [case.levels(t, NOISE, k) for k, t in enumerate(TIMES)]
+                    noise = HIGH_ISO if what == "noisy" else NOISE
+                    frames = [case.levels(t, noise, k) for k, t in enumerate(TIMES)]
                 made[what] = tuple(
                     written(folder, f"{case.seed}-{form}-{what}-{k}", frame, form)
                     for k, frame in enumerate(frames)
@@ -263,7 +268,9 @@ class Measured:
     white_band: float
     band: float
     cover: float
-    cover_shape: float
+    at_best: float
+    claimed: float
+    held: float
 
 
 def scale_of(inverse: Floats, truth: Floats) -> float:
@@ -282,7 +289,8 @@ def measured(case: Case, channel: int, response: Response) -> Measured:
     scale = scale_of(inverse, truth)
     inner = slice(1, 255)
     off = np.abs(inverse - truth)[inner]
-    off_shape = np.abs(inverse * np.exp(-scale) - truth)[inner]
+    at_best = np.abs(inverse * (truth @ inverse) / (inverse @ inverse) - truth)
+    shape_std = known if response.shape_std is None else response.shape_std
     return Measured(
         shape=error(inverse, curve),
         light=float(np.sqrt(np.mean((inverse - truth) ** 2))),
@@ -290,7 +298,9 @@ def measured(case: Case, channel: int, response: Response) -> Measured:
         white_band=float("nan") if response.white_std is None else response.white_std,
         band=float(np.sqrt(np.mean(known**2))),
         cover=float(np.mean(off <= 2 * known[inner])),
-        cover_shape=float(np.mean(off_shape <= 2 * known[inner])),
+        at_best=float(np.sqrt(np.mean(at_best**2))),
+        claimed=float(np.sqrt(np.mean(shape_std**2))),
+        held=float(np.mean(at_best[inner] <= 2 * shape_std[inner])),
     )
 
 
@@ -351,7 +361,7 @@ def row(results: Sequence[JsonObject]) -> JsonObject:
     wrong = sum(max(each["light"] for each in result["channels"]) > WRONG for result in good)
     return {
         **{name: middle(name) for name in MEDIANS},
-        "cover shape": middle("cover_shape"),
+        "held": float(np.mean([each["held"] for each in channels] or [float("nan")])),
         "mean cover": float(np.mean([each["cover"] for each in channels] or [float("nan")])),
         "worst shape": max((each["shape"] for each in channels), default=float("nan")),
         "worst light": max((each["light"] for each in channels), default=float("nan")),
@@ -393,15 +403,18 @@ def print_page(rows: dict[str, dict[str, JsonObject]], peers: dict[str, JsonObje
     for kind, forms in rows.items():
         print(f"\n{kind}")
         names = ["shape", "worst shape", "light", "worst light", "white", "white_band", "band"]
+        shape_names = ["at_best", "claimed"]
         counts = ["good", "usable with care", "do not trust", "refused", "wrong"]
         head = [
-            *(name.replace("_", " ") for name in names), "cover", "mean cover", "for shape",
+            *(name.replace("_", " ") for name in names), "cover", "mean cover",
+            *(name.replace("_", " ") for name in shape_names), "held",
             "good", "care", "distrust", "refused", "wrong", "seconds",
         ]  # fmt: skip
         table = [["", *head]]
         for form, own in forms.items():
             cells = [f"{own[name]:.4f}" for name in names]
-            cells += [f"{own[name]:.2f}" for name in ("cover", "mean cover", "cover shape")]
+            cells += [f"{own[name]:.2f}" for name in ("cover", "mean cover")]
+            cells += [f"{own[name]:.4f}" for name in shape_names] + [f"{own['held']:.2f}"]
             cells += [f"{own[name]}" for name in counts]
             table.append([form, *cells, f"{own['seconds']:.2f}"])
         print_table(table)

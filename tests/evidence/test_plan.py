@@ -178,7 +178,6 @@ def test_exposures_within_a_tenth_of_a_stop_are_one() -> None:
         ({"times": [1, 4, 16]}, 0.0),
         ({"times": [1, 4, 16], "time_error": 0.1}, 0.1),
         ({"times": "unknown"}, UNKNOWN_ERROR),
-        ({"times": "unknown", "time_error": 0.7}, 0.7),
     ],
 )
 def test_how_far_exposures_may_be_off(asked: dict[str, Any], error: float) -> None:
@@ -234,6 +233,13 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
         (BRACKET, {"time_error": 11.0}, ParameterError, "and at most 10, not 11.0"),
         (BRACKET, {"time_error": math.nan}, ParameterError, "time_error must be"),
         (BRACKET, {"time_error": math.inf}, ParameterError, "time_error must be"),
+        (
+            SILENT,
+            {"times": "unknown", "time_error": 0.1},
+            ParameterError,
+            "and these are unknown: give `times` as numbers",
+        ),
+        (SILENT, {"times": ["a", "b", "b"], "time_error": 0.0}, ParameterError, "are unknown"),
         (
             BRACKET,
             {"times": [1, 4, 64]},

@@ -124,7 +124,7 @@ def planned(
         same for frames of the same one; "unknown" if all differ.
     time_error : float, optional
         Relative error of the exposures, at most `MOST_ERROR`; without, 0 for `times` and
-        `EXIF_ERROR` for EXIF.
+        `EXIF_ERROR` for EXIF. Unknown exposures have none.
     kind : str
         One of `KINDS`.
 
@@ -150,9 +150,16 @@ def planned(
     if labels is not None:
         groups = _labelled(labels)
         reason = f"a bracket of {len(groups)} exposures, their ratios unknown"
+        if time_error is not None:
+            msg = (
+                "`time_error` says how far known exposures may be off, and these are unknown: give "
+                "`times` as numbers, or omit `time_error`"
+            )
+            raise ParameterError(msg)
         noise, told = _repeats(groups, kind)
-        error = UNKNOWN_ERROR if time_error is None else time_error
-        return _checked(Plan(groups, None, error, reason + told, noise=noise, bracket=True), kind)
+        return _checked(
+            Plan(groups, None, UNKNOWN_ERROR, reason + told, noise=noise, bracket=True), kind
+        )
     noted = noted_exposures(settings)
     if times is not None:
         exposures, source, error = _given(times, names), "`times`", time_error or 0.0
