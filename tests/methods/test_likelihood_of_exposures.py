@@ -317,6 +317,18 @@ def test_both_kinds_of_evidence_are_in_the_result() -> None:
     assert both.noise.std(0.3) == pytest.approx(NOISE.std(0.3), rel=0.1)
 
 
+def test_known_exposures_tell_the_curve_and_repeats_the_noise() -> None:
+    alone, both = found("srgb"), found("srgb", repeated=True)
+
+    np.testing.assert_array_equal(both.inverse_lut, alone.inverse_lut)
+    np.testing.assert_array_equal(deviations(both), deviations(alone))
+    assert both.noise is not None
+    assert both.noise_error is not None
+    assert both.table is not None
+    assert both.noise.slope == pytest.approx(NOISE.slope, rel=0.3)
+    assert both.noise.floor == pytest.approx(NOISE.floor, rel=0.3)
+
+
 @pytest.mark.slow
 def test_noise_between_exposures_is_not_taken_for_that_of_a_frame() -> None:
     """A bracket with four times the variance, and repeats without."""

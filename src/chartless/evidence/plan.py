@@ -150,12 +150,7 @@ def planned(
     if labels is not None:
         groups = _labelled(labels)
         reason = f"a bracket of {len(groups)} exposures, their ratios unknown"
-        if time_error is not None:
-            msg = (
-                "`time_error` says how far known exposures may be off, and these are unknown: give "
-                "`times` as numbers, or omit `time_error`"
-            )
-            raise ParameterError(msg)
+        _require_known(time_error)
         noise, told = _repeats(groups, kind)
         return _checked(
             Plan(groups, None, UNKNOWN_ERROR, reason + told, noise=noise, bracket=True), kind
@@ -215,6 +210,16 @@ def _labelled(labels: Sequence[str]) -> Groups:
     for place, label in enumerate(labels):
         groups.setdefault(label, []).append(place)
     return tuple(map(tuple, groups.values()))
+
+
+def _require_known(time_error: float | None) -> None:
+    """Refuse an error of exposures that are unknown."""
+    if time_error is not None:
+        msg = (
+            "`time_error` says how far known exposures may be off, and these are unknown: give "
+            "`times` as numbers, or omit `time_error`"
+        )
+        raise ParameterError(msg)
 
 
 def _checked_error(time_error: float | None) -> float | None:

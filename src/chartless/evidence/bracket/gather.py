@@ -121,6 +121,7 @@ class BracketEvidence:
             exposure_error=self.exposure_error,
             held=self.exposures_held,
             white_error=self.white_error,
+            aligned=self.aligned,
         )
 
 

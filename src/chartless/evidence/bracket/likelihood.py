@@ -157,6 +157,8 @@ class ExposureCounts:
     white_error: float = 0.0
     """Relative deviation of the light at white beyond what the counts tell, where clipping could
     not be kept apart from levels."""
+    aligned: bool = True
+    """Whether levels were compared pixel by pixel, not by rank."""
     own_noise: bool = False
     """Whether u and v here are not those of level pairs of one exposure."""
 
@@ -174,6 +176,11 @@ class ExposureCounts:
     def lossy(self) -> bool:
         """Whether files were compressed with loss."""
         return self.margin > 0
+
+    @property
+    def settled(self) -> bool:
+        """Whether exposures are known, and counts do not move them."""
+        return self.exposure_error == 0 or self.held
 
     @property
     def forward(self) -> tuple[Comparagram, ...]:
