@@ -71,6 +71,16 @@ def test_what_is_unknown_of_exposures_stays_in_band_and_flags() -> None:
     assert taken.shape_std[1:-1] == pytest.approx(wanted)
 
 
+def test_an_unknown_exponent_widens_white_by_how_it_scales_the_curve() -> None:
+    response = channel("Y", (1.0, 4.0))
+    light, step = response.inverse_lut, 1e-6
+    bent = light ** (1 + step)
+    log_scale = np.log((bent @ light) / (light @ light)) / step
+    widened = response.with_exponent_error(0.2)
+    assert widened.white_std == pytest.approx(np.hypot(response.white_std, 0.2 * log_scale))
+    assert replace(response, white_std=None).with_exponent_error(0.2).white_std is None
+
+
 def test_an_unknown_white_widens_all_levels_but_white() -> None:
     response = channel("Y", (1.0, 4.0)).with_white_error(0.1)
     assert response.white_std == pytest.approx(np.hypot(0.01, 0.1))

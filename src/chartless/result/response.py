@@ -230,13 +230,17 @@ class Response:
         return card([self])
 
     def with_exponent_error(self, error: float) -> "Response":
-        """Return the same response with another deviation of ln γ in its band.
+        """Return the same response with another deviation of ln γ in its bands.
 
-        Where g^γ explains the evidence as well as g, g is off by g ln g times that of ln γ.
+        Where g^γ explains the evidence as well as g, g is off by g ln g times that of ln γ, and its
+        scale by the mean of ln g, each level weighted by g².
         """
         light = self.inverse_lut
         log_light = np.log(np.maximum(light, np.finfo(np.float64).tiny))
-        return self.with_level_errors(error * light * log_light)
+        white = self.white_std
+        if white is not None:
+            white = float(np.hypot(white, error * (light**2 @ log_light) / (light @ light)))
+        return replace(self.with_level_errors(error * light * log_light), white_std=white)
 
     def with_level_errors(self, error: Floats) -> "Response":
         """Return the same response with another deviation of g at each level, shape (L,)."""
