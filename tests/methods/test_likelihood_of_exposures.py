@@ -445,6 +445,24 @@ def test_the_shape_from_noisy_jpegs_is_as_sure_as_it_is_said_to_be(
     assert np.sqrt(np.mean(off**2)) < {300: 0.03, 1_000: 0.02, 10_000: 0.01}[electrons]
 
 
+@pytest.mark.parametrize("electrons", slow_but([300, 1_000, 10_000], 1_000))
+@pytest.mark.parametrize("name", slow_but(["srgb", "film", "linear"], "srgb"))
+def test_white_in_noisy_jpegs_is_as_sure_as_it_is_said_to_be(name: str, electrons: int) -> None:
+    """The longest exposure saturates: blocks with white are left out, and noise chooses them."""
+    noise = AffineNoise.of_sensor(electrons, 6)
+    times = (0.5, 2.0, 8.0 * 2)
+    frames = [as_jpeg(shot, 92) for shot in shots(CURVES[name], times, noise=noise)]
+
+    given = LikelihoodSearch().calibrate(
+        exposures=bracket_evidence(frames, np.log(times)).counts("Y")
+    )
+
+    off = np.abs(given.inverse_lut - CURVES[name].inverse(LEVELS))[1:-1]
+    assert np.mean(off <= 2 * deviations(given)[1:-1]) > 0.9
+    assert given.white_std is not None
+    assert given.white_std > 3 * np.sqrt(noise.variance(1.0)) / 2
+
+
 # Scatter
 
 
