@@ -385,8 +385,8 @@ def _with_noise_of(response: Response, joint: Response) -> Response:
     """Response of exposures alone, with what level pairs of one exposure say of the noise.
 
     Of the curve they tell nothing that known exposures do not tell better, and of the light at
-    white they tell wrong: off by 0.004 alone, by 0.03 together (four cases of benchmarks/files.py,
-    PNG, an exposure repeated).
+    white they tell wrong: off by 0.004 alone, by 0.03 together (medians of four cases of
+    benchmarks/files.py, PNG, an exposure repeated).
     """
     assert joint.noise is not None
     scale = float(response.inverse_lut @ joint.inverse_lut / np.sum(joint.inverse_lut**2))
