@@ -197,13 +197,13 @@ def bracket_evidence(
         msg = "a bracket needs two or more frames of one scene at different exposures"
         raise UnfitFramesError(msg)
     lossy = reading.history.lossy
-    clipped = _clipped(samples, n_levels)
+    whole = stacked = _all_histograms(samples, n_levels)
     if lossy and aligned:
         samples = [replace(each, usable=each.usable & ~each.touched) for each in samples]
+        stacked = _all_histograms(samples, n_levels)
     inner = [_inner(sample, n_levels) for sample in samples]
     if log_exposures is None:
         log_exposures = _guessed(samples, inner, n_levels)
-    stacked = {name: _histograms(samples, name, n_levels) for name in samples[0].levels}
     pairs = _pairs(log_exposures)
     if not pairs:
         msg = (
@@ -225,7 +225,7 @@ def bracket_evidence(
         log_exposures=log_exposures,
         exposure_error=exposure_error,
         histograms=stacked,
-        clipped=clipped,
+        clipped=_clipped(whole),
         checks=tuple(reading.checks),
         overlaps=_overlaps(samples, inner),
         white_error=UNALIGNED_WHITE if lossy and not aligned else 0.0,
@@ -352,6 +352,10 @@ def _guessed(samples: list[_Sample], inner: list[Bools], n_levels: int) -> Float
     return np.cumsum(steps)
 
 
+def _all_histograms(samples: list[_Sample], n_levels: int) -> dict[str, Counts]:
+    return {name: _histograms(samples, name, n_levels) for name in samples[0].levels}
+
+
 def _histograms(samples: list[_Sample], channel: str, n_levels: int) -> Counts:
     rows = [
         np.bincount(sample.levels[channel][sample.usable], minlength=n_levels) for sample in samples
@@ -359,9 +363,9 @@ def _histograms(samples: list[_Sample], channel: str, n_levels: int) -> Counts:
     return np.stack(rows).astype(np.int64)
 
 
-def _clipped(samples: list[_Sample], n_levels: int) -> Floats:
+def _clipped(histograms: dict[str, Counts]) -> Floats:
     """Shares of black and of white in each exposure, of all channels, shape (K, 2)."""
-    counts = np.sum([_histograms(samples, name, n_levels) for name in samples[0].levels], axis=0)
+    counts = np.sum([*histograms.values()], axis=0)
     total = np.maximum(counts.sum(axis=1, keepdims=True), 1)
     return np.asarray(counts[:, [0, -1]] / total)
 
