@@ -30,6 +30,7 @@ import numpy as np
 from skimage.data import astronaut
 
 from chartless.curves import named_curve
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.gather import noise_evidence
 from chartless.images import read_frame
 from chartless.methods import CALIBRATORS
@@ -110,7 +111,8 @@ def measure(scene: Floats, repeats: int) -> dict[str, dict[str, float]]:
         evidence = noise_evidence(frames)
         calibrator = CALIBRATORS[DEFAULT_METHOD]()
         evaluations = {
-            name: calibrator.calibrate(table).history for name, table in evidence.tables.items()
+            name: calibrator.calibrate(LevelPairs(table)).history
+            for name, table in evidence.tables.items()
         }
 
     def ratio(over: str, under: str) -> float:

@@ -66,7 +66,7 @@ from chartless.curves import SampledCurve
 from chartless.curves.prior import CurvePrior
 from chartless.datasets import Dorf, load_dorf
 from chartless.errors import ChartlessError
-from chartless.evidence.plan import EXIF_ERROR
+from chartless.evidence.exposures import EXIF_ERROR
 from chartless.experiments.noise import curve_prior
 from chartless.images import read_values
 from chartless.methods import LikelihoodSearch

@@ -31,11 +31,16 @@ import numpy as np
 from chartless.curves import SrgbCurve
 from chartless.curves.prior import measured_prior
 from chartless.curves.space import free_curve
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.evidence.noise.start import noise_level_start
-from chartless.inference.posterior import PAIR_WEIGHT, State, integrated, ridge, ridge_share
-from chartless.inference.terms import PairTerm
+from chartless.evidence.noise.term import PAIR_WEIGHT, PairTerm, ridge_share, scene_name
+from chartless.inference.block import curve_name
+from chartless.inference.channel_mode import ChannelMode
+from chartless.inference.noise_block import NoiseBlock, noise_name
+from chartless.inference.posterior import integrated
+from chartless.inference.ridge import at_ratio, ridge
 from chartless.methods import LikelihoodSearch, NoiseLevelSearch
 from chartless.noise import SENSORS, AffineNoise
 from chartless.result.response import rmse
@@ -66,17 +71,24 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
     prior, space = measured_prior(table.n_levels), free_curve(table.n_levels)
     usual = SENSORS.centre
     fit, light = noise_level_start(counts, prior, usual)
-    term, share = PairTerm(counts, light.nodes.size), ridge_share(counts, space)
-    begin = State.at_ratio(
-        usual.ratio, space.nearest(fit.edges), fit.log_floor, (light.log_weights,)
-    )
-    modes = ridge([term], space, begin, share, noise_prior=SENSORS)
-    best = max(modes, key=lambda mode: mode.log_evidence)
-    likelihood, nlf = LikelihoodSearch(), NoiseLevelSearch()
-    response = likelihood.calibrate(table)
+    noise = NoiseBlock("Y", SENSORS, holds_ratio=True)
+    term, share = PairTerm(counts, light.nodes.size, noise), ridge_share(counts, space)
+    begin = {
+        curve_name("Y"): space.nearest(fit.edges),
+        noise_name("Y"): at_ratio(usual.ratio, fit.log_floor),
+        scene_name("Y"): light.log_weights,
+    }
+
+    def along_ridge() -> list[ChannelMode]:
+        return ridge([term], "Y", space, begin, share)
+
+    modes = along_ridge()
+    best = max((found.mode for found in modes), key=lambda mode: mode.log_evidence)
+    likelihood, nlf, pairs = LikelihoodSearch(), NoiseLevelSearch(), LevelPairs(table)
+    response = likelihood.calibrate(pairs)
 
     def model() -> PairModel:
-        return term.fit(best.edges, best.noise, best.state.own[0]).model
+        return term.fit(best.edges, best.values).model
 
     def expand() -> object:
         fresh = model()
@@ -93,19 +105,17 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
     of_scene = float(np.sum(2 * shown**2 * np.triu(shared).sum(axis=1)))
     return {
         "seconds": {
-            "likelihood": seconds(lambda: likelihood.calibrate(table), repeats),
+            "likelihood": seconds(lambda: likelihood.calibrate(pairs), repeats),
             "start": seconds(lambda: noise_level_start(counts, prior, usual), repeats),
-            "ridge": seconds(
-                lambda: ridge([term], space, begin, share, noise_prior=SENSORS), repeats
-            ),
+            "ridge": seconds(along_ridge, repeats),
             "integrate": seconds(lambda: integrated(modes, space, share), repeats),
-            "nlf": seconds(lambda: nlf.calibrate(table), repeats),
+            "nlf": seconds(lambda: nlf.calibrate(pairs), repeats),
             "expand": seconds(expand, repeats),
             "log_likelihood": seconds(lambda: model().log_likelihood(counts), repeats),
         },
         "work": {
             "modes": len(modes),
-            "steps": sum(mode.steps for mode in modes),
+            "steps": sum(found.mode.steps for found in modes),
             "nodes": n_nodes,
             "operations of expand": of_pairs + of_scene,
             "operations per second": rate,
@@ -113,7 +123,7 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
         },
         "error": {
             "likelihood": rmse(response.curve, SrgbCurve()),
-            "nlf": rmse(nlf.calibrate(table).curve, SrgbCurve()),
+            "nlf": rmse(nlf.calibrate(pairs).curve, SrgbCurve()),
         },
     }
 

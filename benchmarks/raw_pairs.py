@@ -14,7 +14,9 @@ simulated   photographs, sRGB undone, by a matrix and curves of the Database of 
 
 Errors are root mean squares of f(s x) − y with the best scale s, in units of full range; `own
 gains` takes those that the fit found for each shot into account. `within 2 std` is the share of the
-truth that lies within two deviations of the estimate: patches, or levels seen.
+truth that lies within two deviations of the estimate: patches, or levels seen; `shape std` is the
+deviation claimed for the shape, `held` the share within two of these where g is brought closest by
+one factor.
 """
 
 import os
@@ -41,7 +43,7 @@ from chartless.evidence.raw.gather import raw_evidence
 from chartless.experiments.noise import curve_prior
 from chartless.frames.frame import Frame, RawPicture
 from chartless.images import read_frame, read_values
-from chartless.methods.raw_pairs import RawPairSearch
+from chartless.methods import LikelihoodSearch
 from chartless.result.response import Response
 from chartless.types import Floats
 
@@ -63,6 +65,8 @@ class Row:
     own_gains: float
     within: float
     std: float
+    held: float
+    shape_std: float
 
 
 def summary(rows: Sequence[Row]) -> dict[str, float]:
@@ -76,24 +80,30 @@ def summary(rows: Sequence[Row]) -> dict[str, float]:
         "own gains": statistics.median(row.own_gains for row in rows),
         "within 2 std": statistics.fmean(row.within for row in rows),
         "std": statistics.median(row.std for row in rows),
+        "held": statistics.fmean(row.held for row in rows),
+        "shape std": statistics.median(row.shape_std for row in rows),
     }
 
 
 def judged(name: str, response: Response, truth: Truth, gains: Floats) -> Row:
     """Compare an estimate with points (light, brightness) of the truth."""
     assert response.inverse_lut_std is not None
-    lut, std = response.inverse_lut, response.inverse_lut_std
+    assert response.shape_std is not None
+    lut, std, shape_std = response.inverse_lut, response.inverse_lut_std, response.shape_std
     own = Truth(truth.x * gains[truth.frame], truth.y, truth.frame)
     grid = np.linspace(0.0, 1.0, lut.size)
     found, doubt = np.interp(own.y, grid, lut), np.interp(own.y, grid, std)
     weight = 1 / np.maximum(doubt, 1e-6) ** 2
     scale = np.sum(weight * found * own.x) / np.sum(weight * own.x**2)
+    off = np.abs(found - own.x * (found @ own.x) / (own.x @ own.x))
     return Row(
         name=name,
         error=error(lut, truth),
         own_gains=error(lut, own),
         within=float(np.mean(np.abs(found - scale * own.x) < 2 * doubt)),
         std=float(np.sqrt(np.mean(std**2))),
+        held=float(np.mean(off < 2 * np.interp(own.y, grid, shape_std))),
+        shape_std=float(np.sqrt(np.mean(shape_std**2))),
     )
 
 
@@ -121,7 +131,7 @@ def real(data: Path, *, offset: bool = False) -> list[Row]:
     for bracket in real_brackets(data, offset=offset):
         evidence = raw_evidence(crops(data, bracket.name))
         for channel, truth in zip(CHANNELS, bracket.truth, strict=True):
-            response = RawPairSearch().calibrate(raw=evidence.blocks[channel], channel=channel)
+            response = LikelihoodSearch().calibrate(evidence.channel(channel), channel=channel)
             assert response.raw is not None
             gains = np.array(response.raw.gains)
             rows.append(judged(f"{bracket.name} {channel}", response, truth, gains))
@@ -174,10 +184,10 @@ def simulated(data: Path, n_cases: int) -> list[Row]:
         quality = int(rng.integers(*QUALITIES))
         pair = shot(light[:height, :width], curve, float(rng.uniform(*GAINS)), quality, rng)
         evidence = raw_evidence([pair])
-        calibrator = RawPairSearch(prior=curve_prior(dorf, row))
+        calibrator = LikelihoodSearch(prior=curve_prior(dorf, row))
         for channel in CHANNELS:
             blocks = evidence.blocks[channel]
-            response = calibrator.calibrate(raw=blocks, channel=channel)
+            response = calibrator.calibrate(evidence.channel(channel), channel=channel)
             low, high = np.quantile(blocks.level, [0.001, 0.999])
             y = np.linspace(low, high, 500) / 255
             x = curve.inverse(y)

@@ -12,6 +12,8 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter, uniform_filter
 
 from chartless.curves import AbstractCurve, named_curve
+from chartless.frames.frame import Frame, RawPicture
+from chartless.images import through_jpeg
 
 Pixels = npt.NDArray[Any]
 
@@ -136,3 +138,20 @@ class Camera:
             neutral=neutral,
         )
         return picture, original
+
+    def pair(self, scene: Pixels, *, quality: int = 90, **how: Any) -> tuple[RawPicture, Frame]:
+        """A shot in memory, its picture compressed channel by channel."""
+        mosaic, finished = self.shoot(scene, **how)
+        light = (mosaic.astype(np.float64) - self.black) / (self.white - self.black)
+        green = (light[::2, 1::2] + light[1::2, ::2]) / 2
+        cells = np.stack([light[::2, ::2], green, light[1::2, 1::2]], axis=-1)
+        raw = RawPicture(
+            path=Path("a.dng"),
+            light=cells.astype(np.float32),
+            saturated=np.asarray(np.any(cells > 0.95, axis=-1)),
+            cell=(2, 2),
+            white_balance=np.array(self.balance),
+            error=1e-4,
+        )
+        planes = [through_jpeg(np.ascontiguousarray(finished[..., c]), quality) for c in range(3)]
+        return raw, Frame(Path("a.jpg"), np.stack(planes, axis=-1))

@@ -14,7 +14,7 @@ from scipy.stats import chi2
 
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, SrgbCurve
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence.plan import LEAST_EXPOSURE, MOST_EXPOSURE, MOST_RATIO
+from chartless.evidence.exposures import LEAST_EXPOSURE, MOST_EXPOSURE, MOST_RATIO
 from chartless.frames.frame import CameraSettings, Frame
 from chartless.merge import DEFAULT_NOISE, DEVIATIONS, RadianceMap, grey_factors, merge_frames
 from chartless.noise import AffineNoise

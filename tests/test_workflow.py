@@ -22,6 +22,7 @@ from chartless.errors import (
     UnfitFramesError,
     UnknownNameError,
 )
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.images import write_image
 from chartless.methods import LikelihoodSearch
 from chartless.result.file import to_json
@@ -297,13 +298,13 @@ def test_repeats_of_two_exposures_are_added_up(monkeypatch: pytest.MonkeyPatch) 
     ]
 
     told: list[int] = []
-    original = LikelihoodSearch.search
+    original = LikelihoodSearch.calibrate_channels
 
-    def noting(self: LikelihoodSearch, *given: Any, **more: Any) -> Any:
-        told.extend([more["n_frames"]] if "n_frames" in more else [])
-        return original(self, *given, **more)
+    def noting(self: LikelihoodSearch, channels: Any, **more: Any) -> Any:
+        told.extend(part.n_frames for part in channels["Y"] if isinstance(part, LevelPairs))
+        return original(self, channels, **more)
 
-    monkeypatch.setattr(LikelihoodSearch, "search", noting)
+    monkeypatch.setattr(LikelihoodSearch, "calibrate_channels", noting)
     response = calibrate(frames, times=[1, 1, 1, 4, 4], n_levels=64).channel("Y")
 
     assert told == [3]  # of the longer run: they do not go on from one another
@@ -366,7 +367,7 @@ def test_a_failure_of_the_plan_comes_before_pixels_are_read(
 
     with pytest.raises(ParameterError, match="times were given for 3 frames"):
         calibrate(paths, times=[1, 2])
-    with pytest.raises(ParameterError, match="debevec compares exposures"):
+    with pytest.raises(ParameterError, match="debevec estimates from bracket, and the files"):
         calibrate(paths, method="debevec")
 
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from chartless.result.response import rmse as rmse
     from chartless.simulate import simulate_frames as simulate_frames
     from chartless.workflow import calibrate as calibrate
+    from chartless.workflow import plan as plan
 
 _HOME = {
     "Calibration": "result.calibration",
@@ -55,6 +56,7 @@ _HOME = {
     "rmse": "result.response",
     "simulate_frames": "simulate",
     "calibrate": "workflow",
+    "plan": "workflow",
 }
 
 __all__ = ["__version__", *_HOME]  # noqa: PLE0604 - all strings

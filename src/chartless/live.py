@@ -22,10 +22,11 @@ import numpy as np
 
 from chartless._numeric.threads import one_blas_thread
 from chartless.errors import ParameterError, UnfitFramesError
+from chartless.evidence._pair_check import PairCheck
 from chartless.evidence.noise.cooccurrence import Cooccurrence, difference_moments
 from chartless.evidence.noise.gather import NoiseEvidence, compare_pair
 from chartless.evidence.noise.outliers import difference_deviation
-from chartless.evidence.noise.screening import PairCheck, doubts_about, screen, unfit
+from chartless.evidence.noise.screening import doubts_about, screen, unfit
 from chartless.evidence.noise.still import MOST_LEVELS
 from chartless.flags import Flag
 from chartless.frames.channels import planes_of, require_alike
@@ -297,10 +298,8 @@ def live_calibration(live: LiveEvidence) -> Calibration:
     search = NoiseLevelSearch()
     with one_blas_thread():
         responses = tuple(
-            search.calibrate(table, channel=name, n_frames=evidence.n_frames).with_flags(
-                *flags[name]
-            )
-            for name, table in evidence.tables.items()
+            search.calibrate(evidence.channel(name), channel=name).with_flags(*flags[name])
+            for name in evidence.channels
         )
     settings = {
         "method": search.method,

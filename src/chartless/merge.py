@@ -44,7 +44,7 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence.plan import require_exposures
+from chartless.evidence.exposures import require_exposures
 from chartless.frames.bloom import near_saturated
 from chartless.frames.channels import require_alike
 from chartless.frames.frame import Frame

@@ -44,7 +44,7 @@ def test_a_picture_and_its_raw_file_give_a_calibration(
     for response in camera.channels:
         assert rmse(response.curve, named_curve("srgb")) < 0.012
         assert response.raw is not None
-        assert response.method == "raw"
+        assert response.method == "likelihood"
     names = [Path(each["file"]).name for each in camera.provenance["inputs"]]
     assert names == ["IMG_1.JPG", "IMG_1.dng"]
     assert all(len(each["sha256"]) == 64 for each in camera.provenance["inputs"])
@@ -59,7 +59,7 @@ def test_pairs_are_matched_by_name(shots: Path, chartless: Chartless) -> None:
 
     assert done.status == 0, done.err
     content = done.json
-    assert content["method"] == "raw"
+    assert content["method"] == "likelihood"
     names = [Path(each["file"]).name for each in content["provenance"]["inputs"]]
     assert names == ["IMG_1.JPG", "IMG_1.dng", "IMG_2.JPG", "IMG_2.dng"]
     for channel in content["channels"]:
@@ -118,7 +118,7 @@ def test_names_that_do_not_match_are_refused(shots: Path, refusal: Refusal) -> N
     message = refusal("calibrate", one, *raw, "--raw", shots / "IMG_2.dng")
     assert message.endswith("IMG_2.dng: no picture has its name: give its JPEG, such as IMG_2.JPG")
     message = refusal("calibrate", one, one, *raw)
-    assert "have one name, by which raw files are matched" in message
+    assert f"{one} and {one} are the same file" in message
 
 
 def test_another_shot_and_another_size_are_refused(
@@ -163,10 +163,14 @@ def test_without_rawpy_one_line_says_what_to_install(
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--method", "nlf"), "nlf takes no raw files: omit --method or --raw"),
-        (("--times", "1"), "raw files are compared shot by shot: omit --evidence and --times"),
-        (("--evidence", "noise"), "raw files are compared shot by shot"),
-        (("--shared-noise",), "only the method likelihood estimates channels together"),
+        (
+            ("--method", "nlf"),
+            "nlf estimates from noise, and this is a raw file beside its",
+        ),
+        (("--times", "1"), "this is a raw file beside its picture, where --times would change "),
+        (("--evidence", "noise"), "this is noise, as asked for, where --raw would change nothing"),
+        (("--evidence", "raw,bracket"), "the files record no exposure settings: give --times"),
+        (("--shared-noise",), "this is a raw file beside its picture, where --shared-noise would"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(
@@ -177,10 +181,10 @@ def test_options_that_make_no_sense_are_refused(
     assert refusal("calibrate", *given).startswith(says)
 
 
-def test_the_method_without_raw_files_is_refused(shots: Path, refusal: Refusal) -> None:
-    message = refusal("calibrate", shots / "IMG_1.JPG", shots / "IMG_2.JPG", "--method", "raw")
+def test_raw_files_that_are_missing_are_asked_for(shots: Path, refusal: Refusal) -> None:
+    message = refusal("calibrate", shots / "IMG_1.JPG", shots / "IMG_2.JPG", "--evidence", "raw")
 
-    assert message == "raw compares pictures with their raw files: give these as --raw"
+    assert message == "no raw files were given: give those of the pictures as --raw"
 
 
 def test_a_raw_file_is_not_overwritten(shots: Path, refusal: Refusal) -> None:

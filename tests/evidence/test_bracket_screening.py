@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from chartless.errors import UnfitFramesError
+from chartless.evidence._pair_check import PairCheck
 from chartless.evidence.bracket.gather import BracketEvidence
 from chartless.evidence.bracket.screening import screen_bracket
-from chartless.evidence.noise.screening import PairCheck
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource
 from chartless.types import Counts

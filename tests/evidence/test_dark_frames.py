@@ -1,8 +1,9 @@
 """Frames taken with the lens covered: counted, checked, and used by a calibration."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import gamma_camera
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,10 +13,17 @@ from scipy.special import ndtr
 
 import chartless
 from chartless import AffineNoise, Calibration, named_curve, simulate_frames
+from chartless.curves.space import AbstractCurveSpace
 from chartless.errors import ParameterError, UnfitFramesError
+from chartless.evidence.noise.dark import std_with_dark
 from chartless.evidence.noise.gather import dark_histograms
+from chartless.evidence.noise.likelihood import DARK_PIXELS, PairModel
+from chartless.evidence.noise.term import ridge_share
 from chartless.frames.frame import Frame
 from chartless.frames.levels import level_table
+from chartless.inference.block import Values
+from chartless.inference.channel_mode import ChannelMode
+from chartless.inference.posterior import at_levels, at_mode, integrated
 from chartless.noise import CAMERAS_OF_2008
 from chartless.result.response import Response, rmse
 from chartless.types import Counts, Floats, Levels
@@ -233,7 +241,7 @@ def test_the_calibration_tells_of_its_dark_frames(
     without: Calibration, with_dark: Calibration, lit: list[Levels]
 ) -> None:
     assert with_dark.provenance["settings"]["dark"] == ["array", "array"]
-    assert without.provenance["settings"]["dark"] == []
+    assert "dark" not in without.provenance["settings"]
     assert len(with_dark.provenance["inputs"]) == len(lit)
 
 
@@ -291,3 +299,61 @@ def test_methods_without_a_use_for_dark_frames_say_so(
 def test_lit_frames_given_as_dark_are_refused(lit: list[Levels]) -> None:
     with pytest.raises(UnfitFramesError, match=r"^frame 1 is not dark \(median level 1\d\d of 255"):
         chartless.calibrate(lit, dark=lit[:1])
+
+
+# What they would leave, asked before they are taken
+
+
+@pytest.fixture(scope="module", params=gamma_camera.SPACES)
+def space(request: pytest.FixtureRequest) -> AbstractCurveSpace:
+    return gamma_camera.space_of(request.param)
+
+
+@pytest.fixture(scope="module")
+def found(space: AbstractCurveSpace) -> ChannelMode:
+    return gamma_camera.mode_at(gamma_camera.expected_counts(), space, gamma_camera.USUAL_RATIO)
+
+
+def dark_shown(space: AbstractCurveSpace, values: Values, numbers: Floats) -> Floats:
+    """Probability of each level under a covered lens, from coordinates and ln v."""
+    noise = AffineNoise(1.0, float(np.exp(numbers[-1])))
+    return PairModel(space.edges(numbers[:-1]), noise, gamma_camera.scene_of(values)).dark
+
+
+def slopes(function: Callable[[Floats], Floats], at: Floats) -> Floats:
+    """Derivatives by central differences, one column for each number."""
+    steps = 1e-4 * np.eye(at.size)
+    return np.stack([(function(at + step) - function(at - step)) / 2e-4 for step in steps], axis=1)
+
+
+def test_what_dark_frames_would_leave_is_what_their_information_leaves(
+    space: AbstractCurveSpace, found: ChannelMode
+) -> None:
+    """Σ n (∂A)²/A of the levels added to what is known, all by differences and inverses."""
+    size, values = space.mean.size, found.mode.values
+    at = gamma_camera.unknowns(values)[: size + 1]
+    information = found.mode.factor @ found.mode.factor.T
+    changes = slopes(lambda numbers: dark_shown(space, values, numbers), at)
+    shown = dark_shown(space, values, at)
+    information[: size + 1, : size + 1] += DARK_PIXELS * changes.T @ (changes.T / shown).T
+    of_levels = slopes(lambda numbers: at_levels(space.edges(numbers)), at[:size])
+    left = of_levels @ np.linalg.inv(information)[:size, :size] @ of_levels.T
+
+    std = std_with_dark(at_mode(found, space), space)
+
+    np.testing.assert_allclose(std, np.sqrt(np.diag(left)), rtol=2e-3, atol=1e-9)
+
+
+def test_dark_frames_would_narrow_the_band_at_each_ratio_and_not_between(
+    space: AbstractCurveSpace, found: ChannelMode
+) -> None:
+    counts = gamma_camera.expected_counts()
+    modes = gamma_camera.ridge_of(counts, space, found.mode.values)
+    posterior = integrated(modes, space, ridge_share(counts, space))
+    best = at_mode(posterior.best, space)
+
+    with_dark, best_with_dark = (std_with_dark(each, space) for each in (posterior, best))
+
+    assert np.all(with_dark <= posterior.inverse_std + 1e-12)
+    between = np.maximum(posterior.inverse_std**2 - best.inverse_std**2, 0)
+    np.testing.assert_allclose(with_dark**2, best_with_dark**2 + between, rtol=1e-9, atol=1e-15)

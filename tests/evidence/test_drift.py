@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter
 from slow_cases import slow_but
 
 from chartless import CALIBRATORS, AffineNoise, Cooccurrence, named_curve
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.drift import Drift, compensated, drift_share, estimated_drift
 from chartless.simulate import simulate_frames
 
@@ -111,7 +112,7 @@ def test_the_curve_is_that_of_steady_light(gain: float) -> None:
     assert drift is not None
 
     curves = [
-        calibrator.calibrate(table).response_lut
+        calibrator.calibrate(LevelPairs(table)).response_lut
         for table in (steady, compensated(flickering, drift), flickering)
     ]
 

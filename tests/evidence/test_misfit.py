@@ -10,6 +10,7 @@ from scipy.ndimage import gaussian_filter, median_filter
 from slow_cases import slow_but
 
 from chartless.curves import named_curve
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence, difference_moments
 from chartless.evidence.noise.misfit import _kurtosis, is_gaussian, misfit_pattern
 from chartless.flags import Flag, Pattern
@@ -79,7 +80,7 @@ FAULTS = {
 
 def found_in(frames: list[Levels], model: str | None = None) -> Response:
     family = None if model is None else MODELS[model]
-    return LikelihoodSearch(model=family).calibrate(Cooccurrence.of_pair(*frames))
+    return LikelihoodSearch(model=family).calibrate(LevelPairs(Cooccurrence.of_pair(*frames)))
 
 
 @pytest.mark.parametrize("fault", slow_but(FAULTS, "laplace", "jpeg"))
@@ -109,7 +110,7 @@ def test_a_good_camera_has_none() -> None:
 def test_the_noise_level_alone_notices_what_is_not_gaussian(fault: str) -> None:
     frames = good() if fault == "none" else FAULTS[fault][0]()
 
-    found = CALIBRATORS["nlf"]().calibrate(Cooccurrence.of_pair(*frames))
+    found = CALIBRATORS["nlf"]().calibrate(LevelPairs(Cooccurrence.of_pair(*frames)))
 
     assert (Flag.MISFIT in found.flags) == (fault != "none")
 

@@ -15,13 +15,11 @@ from slow_cases import slow_but
 
 from chartless import AffineNoise, Cooccurrence, named_curve
 from chartless.errors import UnfitFramesError
+from chartless.evidence._limits import SUSPICIOUS
+from chartless.evidence._pair_check import PairCheck, channel_correlation, check_pair
 from chartless.evidence.noise.drift import drift_share, estimated_drift
 from chartless.evidence.noise.outliers import outlying
 from chartless.evidence.noise.screening import (
-    SUSPICIOUS,
-    PairCheck,
-    channel_correlation,
-    check_pair,
     covered_levels,
     empty_share,
     resemblance,

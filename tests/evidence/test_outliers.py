@@ -12,6 +12,7 @@ from skimage.data import camera
 from slow_cases import slow_but
 
 from chartless import CALIBRATORS, AffineNoise, Cooccurrence, named_curve
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.outliers import outlying, without_outliers
 from chartless.flags import Flag
 from chartless.simulate import simulate_frames
@@ -142,7 +143,10 @@ def test_estimates_are_spared_the_movers(method: str) -> None:
     clean, disturbed = (Cooccurrence.of_pair(*pair_of(still, second)) for second in (still, moved))
     calibrator = CALIBRATORS[method]()
 
-    reference, found = calibrator.calibrate(clean), calibrator.calibrate(disturbed)
+    reference, found = (
+        calibrator.calibrate(LevelPairs(clean)),
+        calibrator.calibrate(LevelPairs(disturbed)),
+    )
 
     assert reference.outliers == 0
     assert Flag.MOVERS not in reference.flags

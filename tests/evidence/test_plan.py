@@ -1,7 +1,6 @@
 """Which evidence frames hold: decided from settings alone."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +8,20 @@ import numpy as np
 import pytest
 
 from chartless.errors import ChartlessError, ParameterError, UnfitFramesError
-from chartless.evidence.plan import (
+from chartless.evidence._kind import Inputs
+from chartless.evidence.exposures import (
     EXIF_ERROR,
-    KINDS,
     LEAST_EXPOSURE,
     MOST_EXPOSURE,
     MOST_RATIO,
     UNKNOWN_ERROR,
-    Plan,
+    Exposures,
+    Times,
+    exposures_of,
     parsed_times,
-    planned,
 )
+from chartless.evidence.kinds import KINDS
+from chartless.evidence.plan import Plan, asked_kinds, planned
 from chartless.frames.frame import CameraSettings
 
 NOTHING = CameraSettings()
@@ -29,9 +31,34 @@ def shot(time: float | None, f_number: float | None = 4.0, iso: float | None = 1
     return CameraSettings(exposure_time=time, f_number=f_number, iso=iso)
 
 
-def plan_of(settings: list[CameraSettings], **asked: Any) -> Plan:
-    names = [Path(f"{number}.jpg") for number in range(len(settings))]
-    return planned(names, settings, **asked)
+def names_of(settings: list[CameraSettings]) -> tuple[Path, ...]:
+    return tuple(Path(f"{number}.jpg") for number in range(len(settings)))
+
+
+def exposures(settings: list[CameraSettings], **given: Any) -> Exposures:
+    found = exposures_of(names_of(settings), settings, **given)
+    assert found is not None
+    return found
+
+
+def plan_of(
+    settings: list[CameraSettings],
+    *,
+    kind: str = "auto",
+    times: Times = None,
+    time_error: float | None = None,
+    raw: bool = False,
+    **more: Any,
+) -> Plan:
+    names, asked = names_of(settings), asked_kinds(kind)
+    found = None
+    if names and asked != {"noise"}:
+        found = exposures_of(names, settings, times=times, time_error=time_error, checked=not asked)
+    inputs = Inputs(names, names, found, times_given=times is not None, asked=asked)
+    options = {name: each.options() for name, each in KINDS.items()}
+    if raw:
+        options["raw"] = KINDS["raw"].options([name.with_suffix(".cr2") for name in names])
+    return planned(inputs, options, **more)
 
 
 UNNOTED = "noise (the files record no exposure settings)"
@@ -141,15 +168,15 @@ def test_what_is_read(
     plan = plan_of(settings, **asked)
 
     assert plan.reason == reason
-    assert (plan.noise, plan.bracket) == ("noise" in kinds.split(), "bracket" in kinds.split())
-    assert sorted(place for group in plan.groups for place in group) == list(range(len(settings)))
-    if not plan.bracket:
-        assert len(plan.groups) == 1
-        assert plan.log_exposures is None
+    assert plan.kinds == set(kinds.split())
+    (first, *_) = plan.taken
+    assert sorted(place for group in first.groups for place in group) == list(range(len(settings)))
+    if "bracket" not in plan.kinds:
+        assert len(first.groups) == 1
 
 
 def test_groups_are_sorted_from_the_shortest() -> None:
-    plan = plan_of([shot(t) for t in (0.8, 0.1, 0.4, 0.1, 0.8, 0.8)])
+    plan = exposures([shot(t) for t in (0.8, 0.1, 0.4, 0.1, 0.8, 0.8)])
 
     assert plan.groups == ((1, 3), (2,), (0, 4, 5))
     assert plan.log_exposures is not None
@@ -159,7 +186,7 @@ def test_groups_are_sorted_from_the_shortest() -> None:
 def test_exposures_within_a_tenth_of_a_stop_are_one() -> None:
     stops = np.array([0.0, 0.09, 1.0, 1.11])
 
-    plan = plan_of([shot(0.1 * 2**each) for each in stops])
+    plan = exposures([shot(0.1 * 2**each) for each in stops])
 
     assert plan.groups == ((0, 1), (2,), (3,))
     assert plan.log_exposures is not None
@@ -181,26 +208,27 @@ def test_exposures_within_a_tenth_of_a_stop_are_one() -> None:
     ],
 )
 def test_how_far_exposures_may_be_off(asked: dict[str, Any], error: float) -> None:
-    assert plan_of(BRACKET, **asked).exposure_error == error
+    assert exposures(BRACKET, **asked).error == error
 
 
 def test_unknown_exposures_are_taken_one_by_one() -> None:
-    plan = plan_of(SILENT, times="unknown")
+    plan = exposures(SILENT, times="unknown")
 
     assert plan.groups == ((0,), (1,), (2,))
     assert plan.log_exposures is None
 
 
 def test_names_of_unknown_exposures_tell_which_are_repeated() -> None:
+    found = exposures(SILENT, times=["b", "a", "b"])
     plan = plan_of(SILENT, times=["b", "a", "b"])
 
-    assert plan.groups == ((0, 2), (1,))
-    assert plan.log_exposures is None
-    assert plan.noise
+    assert found.groups == ((0, 2), (1,))
+    assert found.log_exposures is None
+    assert plan.kinds == {"noise", "bracket"}
     assert plan.reason == (
         "a bracket of 2 exposures, their ratios unknown, and noise of 1 of them, which are repeated"
     )
-    assert not plan_of(SILENT, times=["b", "a", "b"], kind="bracket").noise
+    assert plan_of(SILENT, times=["b", "a", "b"], kind="bracket").kinds == {"bracket"}
 
 
 ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 frames"
@@ -210,8 +238,7 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
     ("settings", "asked", "error", "message"),
     [
         ([], {}, UnfitFramesError, "none was given"),
-        ([], {"times": "unknown"}, UnfitFramesError, "none was given"),
-        (BRACKET, {"kind": "exposures"}, ParameterError, "evidence must be one of auto, noise, "),
+        (BRACKET, {"kind": "exposures"}, ParameterError, "evidence must be auto or some of raw, "),
         (
             SILENT,
             {"times": "guess"},
@@ -220,7 +247,6 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
         ),
         (SILENT, {"times": ["a", 2, 3]}, ParameterError, "not 'a' among numbers"),
         (SILENT, {"times": ["a", "b"]}, ParameterError, f"2 {NOT_MANY}: give one for each"),
-        (SILENT, {"times": ["a"] * 3}, UnfitFramesError, "a bracket needs two or more frames"),
         (SAME, {"times": [1, 1, 1], "kind": "noise"}, ParameterError, "omit `times` or"),
         (SILENT, {"times": [1, 2]}, ParameterError, f"2 {NOT_MANY}: give one for each"),
         (SILENT, {"times": []}, ParameterError, f"0 {NOT_MANY}"),
@@ -254,7 +280,6 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
         (SAME, {"kind": "both"}, UnfitFramesError, "`evidence='noise'` for frames of one exposure"),
         (BRACKET, {"kind": "both"}, UnfitFramesError, "no exposure is repeated"),
         (SILENT, {"times": "unknown", "kind": "both"}, UnfitFramesError, "no exposure is repeated"),
-        ([NOTHING], {"times": "unknown"}, UnfitFramesError, "a bracket needs two or more frames"),
         ([shot(0.1)], {"kind": "bracket"}, UnfitFramesError, "a bracket needs two or more"),
     ],
 )
@@ -275,33 +300,67 @@ def test_times_may_agree_with_exif_or_nearly(times: list[float]) -> None:
 
 
 def test_times_that_contradict_exif_are_believed_if_a_bracket_is_asked_for() -> None:
-    plan = plan_of(BRACKET, times=[1, 2, 64], kind="bracket")
+    plan = exposures(BRACKET, times=[1, 2, 64], checked=False)
 
+    assert plan_of(BRACKET, times=[1, 2, 64], kind="bracket").kinds == {"bracket"}
     assert plan.log_exposures is not None
     np.testing.assert_allclose(np.exp(np.diff(plan.log_exposures)), [2, 32])
 
 
-def test_all_kinds_have_been_asked_for() -> None:
-    assert KINDS == ("auto", "noise", "bracket", "both")
-    assert replace(plan_of(BRACKET), noise=True).bracket
+@pytest.mark.parametrize(
+    ("text", "kinds"),
+    [
+        ("auto", ""),
+        ("both", "noise bracket"),
+        ("raw, bracket", "raw bracket"),
+        (["noise"], "noise"),
+    ],
+)
+def test_kinds_are_asked_for_by_name(text: str | list[str], kinds: str) -> None:
+    assert asked_kinds(text) == set(kinds.split())
+
+
+def test_raw_files_go_before_exposures_that_may_be_of_other_scenes() -> None:
+    auto = plan_of(BRACKET, raw=True)
+    timed = plan_of(BRACKET, raw=True, times=[1, 4, 16])
+    asked = plan_of(BRACKET, raw=True, kind="raw,bracket")
+
+    assert auto.reason == "3 raw files beside their pictures"
+    assert [each.kind for each in auto.left] == ["bracket"]
+    assert [each.kind for each in auto.declined] == ["noise"]
+    assert timed.kinds == asked.kinds == {"raw", "bracket"}
+    assert auto.taken[0].n_frames == 3
+
+
+def test_frames_of_one_exposure_are_named_alike() -> None:
+    assert plan_of(SILENT, times=["a"] * 3).kinds == {"noise"}
+
+
+def test_a_method_leaves_what_it_does_not_take() -> None:
+    plan = plan_of(REPEATED, method="debevec", taken_by={"bracket"})
+
+    assert plan.kinds == {"bracket"}
+    assert [each.kind for each in plan.left] == ["noise"]
+    with pytest.raises(ParameterError, match="debevec estimates from bracket, and this is a br"):
+        plan_of(REPEATED, kind="both", method="debevec", taken_by={"bracket"})
 
 
 def test_an_exposure_by_exif_that_no_camera_has_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"the exposure of 1.jpg by EXIF must be between"):
-        plan_of([shot(0.1), shot(4e9, f_number=1e-9)])
+        exposures([shot(0.1), shot(4e9, f_number=1e-9)])
 
 
 def test_exposures_at_the_limits_are_taken() -> None:
     for times in ((LEAST_EXPOSURE, LEAST_EXPOSURE * MOST_RATIO), (1.0, MOST_EXPOSURE)):
-        assert plan_of(SILENT[:2], times=times).bracket
+        assert plan_of(SILENT[:2], times=times).kinds == {"bracket"}
 
 
 def test_times_may_be_an_array() -> None:
-    of_list = plan_of(SILENT, times=[1.0, 4.0, 16.0])
-    of_array = plan_of(SILENT, times=np.array([1, 4, 16]))
+    of_list = exposures(SILENT, times=[1.0, 4.0, 16.0])
+    of_array = exposures(SILENT, times=np.array([1, 4, 16]))
 
     np.testing.assert_array_equal(of_array.log_exposures, of_list.log_exposures)
-    assert plan_of(SILENT, times=np.array(["a", "b", "b"])).groups == ((0,), (1, 2))
+    assert exposures(SILENT, times=np.array(["a", "b", "b"])).groups == ((0,), (1, 2))
 
 
 @pytest.mark.parametrize("times", [3, [1j, 2, 3], [[1], [4], [16]], [1, None, 3], {1: 2}])

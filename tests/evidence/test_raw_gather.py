@@ -10,7 +10,8 @@ from raw_cameras import Pixels, patches
 
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence.raw import gather as raw_blocks
-from chartless.evidence.raw.gather import RawBlocks, RawEvidence, raw_evidence
+from chartless.evidence.raw.blocks import RawBlocks
+from chartless.evidence.raw.gather import RawEvidence, raw_evidence
 from chartless.evidence.raw.screening import screen_raw
 from chartless.flags import Flag
 from chartless.frames.frame import Frame, RawPicture

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from chartless.evidence.raw.channel import RawPairs
 from chartless.evidence.raw.gather import raw_evidence
 from chartless.frames.frame import Frame, RawPicture
 from chartless.images import read_frame
-from chartless.methods import CALIBRATORS
+from chartless.methods import LikelihoodSearch
 from chartless.result.response import Response
 from chartless.types import Floats
 
@@ -72,7 +73,7 @@ def test_curves_of_real_cameras_are_those_of_their_greys(folder: Path, camera: s
     evidence = raw_evidence(shot(folder, camera, exposure) for exposure in (1, 2, 3, 4))
     errors = []
     for channel in "RGB":
-        response = CALIBRATORS["raw"]().calibrate(raw=evidence.blocks[channel], channel=channel)
+        response = LikelihoodSearch().calibrate(RawPairs(evidence.blocks[channel]), channel=channel)
         truth = greys(folder, camera, channel)
         errors.append(error(response, truth))
         straight = np.polyfit(truth[:, 0], truth[:, 1], 1)

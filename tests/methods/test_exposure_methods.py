@@ -9,7 +9,9 @@ import pytest
 
 from chartless.curves import named_curve
 from chartless.errors import ParameterError
+from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.likelihood import Comparagram, ExposureCounts
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
 from chartless.methods import CALIBRATORS, AbstractCalibrator
@@ -54,7 +56,7 @@ def bracket(
 
 @cache
 def found(method: str, response: str, **how: Any) -> Response:
-    return CALIBRATORS[method]().calibrate(exposures=bracket(response, **how))
+    return CALIBRATORS[method]().calibrate(ExposurePairs(bracket(response, **how)))
 
 
 LARGEST_ERROR = {"debevec": 0.003, "mitsunaga": 0.004, "robertson": 0.015}
@@ -102,7 +104,7 @@ def test_levels_that_nobody_shows_are_interpolated(method: str) -> None:
         tables.append(replace(table, counts=kept))
 
     gaps = ExposureCounts(tuple(tables), counts.log_exposures)
-    lut = CALIBRATORS[method]().calibrate(exposures=gaps).inverse_lut
+    lut = CALIBRATORS[method]().calibrate(ExposurePairs(gaps)).inverse_lut
 
     assert np.isfinite(lut).all()
     assert np.all(np.diff(lut[:200]) >= 0)
@@ -135,24 +137,23 @@ def test_a_factor_on_all_exposures_changes_nothing(method: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_methods_of_exposures_take_nothing_else(method: str) -> None:
     table = Cooccurrence(np.eye(256, dtype=np.int64))
+    pairs, exposures = LevelPairs(table), ExposurePairs(bracket("srgb"))
     calibrator = CALIBRATORS[method]()
 
     with pytest.raises(
-        ParameterError, match=f"^{method} estimates from exposures, not from noise: choose another"
+        ParameterError, match=f"^{method} estimates from bracket, not from noise: choose another"
     ):
-        calibrator.calibrate(table)
-    with pytest.raises(ParameterError, match="not from exposures and noise"):
-        calibrator.calibrate(table, exposures=bracket("srgb"))
+        calibrator.calibrate(pairs)
+    with pytest.raises(ParameterError, match="not from bracket and noise"):
+        calibrator.calibrate(pairs, exposures)
     with pytest.raises(ParameterError, match="not from nothing"):
         calibrator.calibrate()
-    with pytest.raises(ParameterError, match=f"^{method} makes no use of dark frames"):
-        calibrator.calibrate(exposures=bracket("srgb"), dark=np.ones(256, np.int64))
 
 
 @pytest.mark.parametrize("method", ["nlf", "ism-bin"])
 def test_methods_of_noise_take_no_exposures(method: str) -> None:
-    with pytest.raises(ParameterError, match=f"^{method} estimates from noise, not from exposures"):
-        CALIBRATORS[method]().calibrate(exposures=bracket("srgb"))
+    with pytest.raises(ParameterError, match=f"^{method} estimates from noise, not from bracket"):
+        CALIBRATORS[method]().calibrate(ExposurePairs(bracket("srgb")))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -162,7 +163,7 @@ def test_a_fall_is_flagged_and_taken_out(method: str, monkeypatch: pytest.Monkey
     lut[100] = 0.2
 
     monkeypatch.setattr(kind, "inverse_lut", lambda *_: (lut, False))
-    given = CALIBRATORS[method]().calibrate(exposures=bracket("srgb"))
+    given = CALIBRATORS[method]().calibrate(ExposurePairs(bracket("srgb")))
 
     assert given.flags == (Flag.NOT_MONOTONE, Flag.SEARCH_UNFINISHED)
     assert given.status is Status.LIMIT_REACHED

@@ -1,6 +1,7 @@
 """Cameras made up come back, within the error bars: the exact likelihood and the noise level."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise
 
@@ -14,6 +15,7 @@ from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curv
 from chartless.curves.prior import measured_prior
 from chartless.curves.whitening import whitening
 from chartless.errors import ParameterError
+from chartless.evidence.noise.channel import LevelPairs, independent_share
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
 from chartless.frames.levels import level_table
@@ -22,7 +24,6 @@ from chartless.methods import (
     LikelihoodSearch,
     NoiseLevelSearch,
 )
-from chartless.methods.likelihood import independent_share
 from chartless.models import MODELS
 from chartless.noise import CAMERAS_OF_2008, AffineNoise, NoisePrior
 from chartless.result.response import Response, Status, rmse
@@ -98,7 +99,7 @@ class Case:
 @cache
 def case_of(method: str, name: str) -> Case:
     table = table_of(name)
-    return Case(CURVES[name], table, METHODS[method]().calibrate(table))
+    return Case(CURVES[name], table, METHODS[method]().calibrate(LevelPairs(table)))
 
 
 @pytest.fixture(params=CURVES)
@@ -173,7 +174,7 @@ def test_the_result_tells_where_it_comes_from(likelihood: Case) -> None:
 def test_noise_that_is_not_typical_is_covered_too(noise: tuple[float, float]) -> None:
     table = table_of("srgb", noise=AffineNoise.from_8bit(*noise))
 
-    case = Case(CURVES["srgb"], table, likelihood_search().calibrate(table))
+    case = Case(CURVES["srgb"], table, likelihood_search().calibrate(LevelPairs(table)))
 
     assert rmse(case.found.curve, case.truth) < 0.04
     assert case.covered >= 0.85
@@ -186,7 +187,7 @@ def test_pairs_that_no_camera_makes_are_flagged() -> None:
     second = first + rng.choice([-2, 2], first.size)
 
     found = likelihood_search().calibrate(
-        Cooccurrence.of_pair(first, second.astype(np.uint8), n_levels=64)
+        LevelPairs(Cooccurrence.of_pair(first, second.astype(np.uint8), n_levels=64))
     )
 
     assert Flag.MISFIT in found.flags
@@ -195,7 +196,7 @@ def test_pairs_that_no_camera_makes_are_flagged() -> None:
 
 
 def test_two_runs_are_equal_to_the_last_bit() -> None:
-    once, again = (likelihood_search().calibrate(table_of("srgb")) for _ in range(2))
+    once, again = (likelihood_search().calibrate(LevelPairs(table_of("srgb"))) for _ in range(2))
 
     assert once.curve == again.curve
     assert once.noise == again.noise
@@ -205,7 +206,9 @@ def test_two_runs_are_equal_to_the_last_bit() -> None:
 
 
 def test_the_prior_may_be_given() -> None:
-    found = likelihood_search(prior=measured_prior(256)).calibrate(table_of("srgb"), channel="G")
+    found = likelihood_search(prior=measured_prior(256)).calibrate(
+        LevelPairs(table_of("srgb")), channel="G"
+    )
 
     assert found.name == "G"
     assert found.curve == case_of("likelihood", "srgb").found.curve
@@ -214,7 +217,9 @@ def test_the_prior_may_be_given() -> None:
 def test_progress_rises_to_one() -> None:
     shares: list[float] = []
 
-    likelihood_search(model=MODELS["gamma"]).calibrate(table_of("srgb"), progress=shares.append)
+    likelihood_search(model=MODELS["gamma"]).calibrate(
+        LevelPairs(table_of("srgb")), progress=shares.append
+    )
 
     assert len(shares) >= 2
     assert all(before < after for before, after in pairwise(shares))
@@ -231,7 +236,7 @@ def test_a_weight_without_a_meaning_is_refused(weight: float) -> None:
 
 
 def test_the_full_weight_is_allowed_and_narrows_the_error_bars() -> None:
-    trusting = likelihood_search(weight=1.0).calibrate(table_of("srgb"))
+    trusting = likelihood_search(weight=1.0).calibrate(LevelPairs(table_of("srgb")))
 
     usual = deviations(case_of("likelihood", "srgb").found)
     assert deviations(trusting)[1:-1].mean() < usual[1:-1].mean()
@@ -245,7 +250,8 @@ def test_settings_name_what_a_user_may_choose() -> None:
         "correlation": 0.25,
     }
     search = LikelihoodSearch(weight=0.5, model=MODELS["gamma"], noise_prior=prior)
-    assert search.settings == {"weight": 0.5, "noise_prior": of_noise}
+    assert search.settings == {"weight": 0.5, "noise_prior": of_noise, "shared_noise": False}
+    assert LikelihoodSearch(shared_noise=True).settings["shared_noise"] is True
     assert NoiseLevelSearch(noise_prior=prior).settings == {"noise_prior": of_noise}
     assert likelihood_search().family is None
     assert likelihood_search(model=MODELS["gamma"]).family == "gamma"
@@ -256,7 +262,7 @@ def test_pairs_of_consecutive_frames_tell_less_each() -> None:
     table = table_of("srgb")
 
     bars = [
-        deviations(likelihood_search().calibrate(table, n_frames=n))[1:-1].mean()
+        deviations(likelihood_search().calibrate(LevelPairs(table, n_frames=n)))[1:-1].mean()
         for n in (2, 3, 1000)
     ]
 
@@ -266,7 +272,7 @@ def test_pairs_of_consecutive_frames_tell_less_each() -> None:
 def test_more_frames_tell_more_and_are_explained_as_well() -> None:
     table = table_of("srgb", n_frames=8)
 
-    found = likelihood_search().calibrate(table, n_frames=8)
+    found = likelihood_search().calibrate(LevelPairs(table, n_frames=8))
 
     case = case_of("likelihood", "srgb")
     assert found.deviance == pytest.approx(1, abs=0.1)
@@ -297,7 +303,7 @@ def test_two_frames_are_one_whole_pair_and_many_two_thirds() -> None:
 
 @cache
 def of_family(model: str, name: str = "srgb", size: int = 1) -> Response:
-    return likelihood_search(model=MODELS[model]).calibrate(table_of(name, size=size))
+    return likelihood_search(model=MODELS[model]).calibrate(LevelPairs(table_of(name, size=size)))
 
 
 @pytest.mark.parametrize("model", ["ameegc2-exact", "gamma", "eegc2", "emor4"])
@@ -387,7 +393,7 @@ def test_errors_of_parameters_are_of_the_size_they_are_told_to_be(model: str) ->
             scene(150, 200), truth, AffineNoise.from_8bit(slope, floor), seed=seed
         )
 
-        found = likelihood_search(model=family).calibrate(Cooccurrence.of_pair(*frames))
+        found = likelihood_search(model=family).calibrate(LevelPairs(Cooccurrence.of_pair(*frames)))
 
         assert isinstance(found.curve, ModelCurve)
         assert found.parameter_covariance is not None
@@ -399,6 +405,21 @@ def test_errors_of_parameters_are_of_the_size_they_are_told_to_be(model: str) ->
 
 
 # Several channels
+
+
+def together_found(
+    tables: Mapping[str, Cooccurrence],
+    search: LikelihoodSearch,
+    *,
+    dark: Mapping[str, Counts] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Response, ...]:
+    """Responses of channels that share the ratio of their noise parameters."""
+    evidence = {
+        name: [LevelPairs(table, dark=None if dark is None else dark.get(name))]
+        for name, table in tables.items()
+    }
+    return replace(search, shared_noise=True).calibrate_channels(evidence, progress=progress)
 
 
 def log_ratio_deviation(response: Response) -> float:
@@ -418,7 +439,7 @@ def test_channels_of_one_noise_ratio_tell_it_together() -> None:
         tables[name] = Cooccurrence.of_pair(*frames)
     shares: list[float] = []
 
-    together = likelihood_search().calibrate_together(tables, progress=shares.append)
+    together = together_found(tables, likelihood_search(), progress=shares.append)
 
     assert [each.name for each in together] == ["R", "G", "B"]
     assert shares[-1] == 1
@@ -430,7 +451,7 @@ def test_channels_of_one_noise_ratio_tell_it_together() -> None:
     for response, ratio in zip(together, ratios, strict=True):
         assert abs(ratio - truth) < 2 * log_ratio_deviation(response)
         assert Case(CURVES["s-shaped"], tables[response.name], response).covered >= 0.85
-    alone = likelihood_search().calibrate(tables["R"])
+    alone = likelihood_search().calibrate(LevelPairs(tables["R"]))
     # Pairs of a megapixel tell hardly more of the ratio than those of a channel.
     assert log_ratio_deviation(together[0]) < 1.05 * log_ratio_deviation(alone)
     assert deviations(together[0]).mean() < 1.05 * deviations(alone).mean()
@@ -446,14 +467,14 @@ def test_channels_of_a_sensor_are_no_surer_together_than_they_may_be(name: str) 
         frames = simulate_frames(light, CURVES[name], noise, seed=30 + place)
         tables[channel] = Cooccurrence.of_pair(*frames)
 
-    for response in LikelihoodSearch().calibrate_together(tables):
+    for response in together_found(tables, LikelihoodSearch()):
         assert Case(CURVES[name], tables[response.name], response).covered >= 0.85
 
 
 def test_one_channel_has_nobody_to_tell_it_together_with() -> None:
     table = table_of("srgb")
 
-    (found,) = likelihood_search().calibrate_together({"Y": table})
+    (found,) = together_found({"Y": table}, likelihood_search())
 
     alone = case_of("likelihood", "srgb").found
     assert found.curve == alone.curve
@@ -461,13 +482,30 @@ def test_one_channel_has_nobody_to_tell_it_together_with() -> None:
     np.testing.assert_array_equal(deviations(found), deviations(alone))
 
 
+def test_channels_that_share_no_noise_are_found_each_by_itself() -> None:
+    tables = {name: table_of(name) for name in ("srgb", "linear")}
+    evidence = {name: [LevelPairs(table)] for name, table in tables.items()}
+    shares: list[float] = []
+
+    apart = likelihood_search().calibrate_channels(evidence, progress=shares.append)
+
+    assert shares[-1] == 1
+    assert all(before < after for before, after in pairwise(shares))
+    together = together_found(tables, likelihood_search())
+    for name, found, other in zip(tables, apart, together, strict=True):
+        alone = case_of("likelihood", name).found
+        assert (found.name, found.curve, found.noise) == (name, alone.curve, alone.noise)
+        np.testing.assert_array_equal(deviations(found), deviations(alone))
+        assert other.noise != alone.noise
+
+
 @pytest.mark.slow
 def test_each_channel_has_its_own_dark_frames() -> None:
     tables = {"R": table_of("linear"), "B": table_of("srgb")}
     search = likelihood_search()
 
-    red, blue = search.calibrate_together(tables, dark={"R": dark_levels("linear", 200_000)})
-    _, plain_blue = search.calibrate_together(tables)
+    red, blue = together_found(tables, search, dark={"R": dark_levels("linear", 200_000)})
+    _, plain_blue = together_found(tables, search)
 
     assert red.noise_error is not None
     assert red.noise_error.log_floor < 0.22  # without dark frames 0.24
@@ -482,7 +520,7 @@ def test_each_channel_has_its_own_dark_frames() -> None:
 def test_dark_frames_tell_more_about_the_floor() -> None:
     dark = dark_levels("linear", 200_000)
 
-    found = likelihood_search().calibrate(table_of("linear"), dark=dark)
+    found = likelihood_search().calibrate(LevelPairs(table_of("linear"), dark=dark))
 
     without = case_of("likelihood", "linear").found
     assert found.noise_error is not None
@@ -506,8 +544,8 @@ def test_what_dark_frames_would_do_is_what_they_do(name: str) -> None:
     light = 0.2 + 0.8 * beta(2.5, 2).ppf(scene())
     table = Cooccurrence.of_pair(*simulate_frames(light, CURVES[name], NOISE, seed=5))
 
-    without = likelihood_search().calibrate(table)
-    with_dark = likelihood_search().calibrate(table, dark=dark_levels(name, 240_000))
+    without = likelihood_search().calibrate(LevelPairs(table))
+    with_dark = likelihood_search().calibrate(LevelPairs(table, dark=dark_levels(name, 240_000)))
 
     predicted = without.inverse_lut_std_with_dark
     assert predicted is not None
@@ -545,7 +583,7 @@ def test_a_family_is_not_told_to_take_dark_frames() -> None:
 def test_a_dark_frame_of_two_megapixels_does_no_harm() -> None:
     search = likelihood_search(model=MODELS["ameegc2-exact"])
 
-    found = search.calibrate(table_of("srgb"), dark=dark_levels("srgb", 2_000_000))
+    found = search.calibrate(LevelPairs(table_of("srgb"), dark=dark_levels("srgb", 2_000_000)))
 
     truth = CURVES["srgb"]
     assert rmse(found.curve, truth) < 1.5 * rmse(of_family("ameegc2-exact").curve, truth)
@@ -576,7 +614,7 @@ def test_fewer_levels_than_the_file_has_are_no_misfit(n_levels: int, bit_depth: 
     frames = simulate_frames(scene(900, 1200), CURVES["srgb"], NOISE, bit_depth=bit_depth, seed=1)
     table = Cooccurrence.of_pair(*(reduce[frame] for frame in frames), n_levels=n_levels)
 
-    found = likelihood_search().calibrate(table)
+    found = likelihood_search().calibrate(LevelPairs(table))
 
     assert found.n_levels == n_levels
     assert rmse(found.curve, CURVES["srgb"]) < 0.03
@@ -593,7 +631,7 @@ def test_the_band_holds_whatever_the_sensor(name: str, electrons: int) -> None:
     table = table_of(name, noise=AffineNoise.of_sensor(electrons, 5))
 
     for search in (LikelihoodSearch(), NoiseLevelSearch()):
-        case = Case(CURVES[name], table, search.calibrate(table))
+        case = Case(CURVES[name], table, search.calibrate(LevelPairs(table)))
 
         assert rmse(case.found.curve, case.truth) < 0.09
         assert case.covered >= 0.85
@@ -602,8 +640,11 @@ def test_the_band_holds_whatever_the_sensor(name: str, electrons: int) -> None:
 
 @pytest.mark.slow
 def test_a_smooth_scene_tells_hardly_anything_of_the_ratio() -> None:
-    found = LikelihoodSearch().search(table_of("srgb", noise=AffineNoise.of_sensor(1_000, 5)))
-    told = [found.share * (mode.log_evidence - mode.known) for mode in found.modes]
+    table = table_of("srgb", noise=AffineNoise.of_sensor(1_000, 5))
+
+    found = LikelihoodSearch().ridge(LevelPairs(table))
+
+    told = [found.share * (each.mode.log_evidence - each.known) for each in found.modes]
 
     assert found.modes[0].ratio < 5
     assert found.modes[-1].ratio > 100
@@ -618,7 +659,7 @@ def test_a_scene_of_nine_greys_is_covered() -> None:
     light = 0.05 + 0.9 * np.round(8 * scene()) / 8
     table = Cooccurrence.of_pair(*simulate_frames(light, CURVES["linear"], NOISE, seed=20))
 
-    case = Case(CURVES["linear"], table, likelihood_search().calibrate(table))
+    case = Case(CURVES["linear"], table, likelihood_search().calibrate(LevelPairs(table)))
 
     assert case.covered >= 0.85 or case.found.flags
 
@@ -656,14 +697,14 @@ def test_error_bars_of_the_noise_level_allow_for_the_ratio() -> None:
 
 def test_the_noise_level_makes_no_use_of_dark_frames() -> None:
     with pytest.raises(ParameterError, match=r"^nlf makes no use of dark frames: .*likelihood$"):
-        noise_level_search().calibrate(table_of("srgb"), dark=dark_levels("srgb", 1000))
+        noise_level_search().calibrate(LevelPairs(table_of("srgb"), dark=dark_levels("srgb", 1000)))
 
 
 def test_the_noise_level_takes_a_prior_and_tells_when_it_is_done() -> None:
     shares: list[float] = []
 
     found = noise_level_search(prior=measured_prior(256)).calibrate(
-        table_of("srgb"), channel="B", progress=shares.append
+        LevelPairs(table_of("srgb")), channel="B", progress=shares.append
     )
 
     assert found.name == "B"
@@ -695,7 +736,7 @@ def test_error_bars_are_as_wide_as_errors_over_many_cameras(method: str) -> None
         frames = simulate_frames(light, truth, AffineNoise.from_8bit(slope, floor), seed=seed)
         table = Cooccurrence.of_pair(*frames)
 
-        case = Case(truth, table, METHODS[method]().calibrate(table))
+        case = Case(truth, table, METHODS[method]().calibrate(LevelPairs(table)))
 
         covered.append(case.covered)
         error = (case.found.inverse_lut - truth.inverse(LEVELS))[1:-1]

@@ -5,6 +5,7 @@ from slow_cases import slow_but
 from chartless.curves import named_curve
 from chartless.curves.whitening import _file
 from chartless.errors import ParameterError
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
 from chartless.methods import CALIBRATORS, SimilaritySearch
@@ -36,7 +37,7 @@ def table() -> Cooccurrence:
 
 @pytest.fixture(scope="module")
 def found(table: Cooccurrence) -> Response:
-    return SimilaritySearch().calibrate(table)
+    return SimilaritySearch().calibrate(LevelPairs(table))
 
 
 def test_the_curve_of_a_simulated_camera_is_found(found: Response):
@@ -55,7 +56,9 @@ def test_the_noise_of_a_simulated_camera_is_found_in_the_middle(found: Response)
 def test_other_cameras_and_smooth_scenes_are_found(curve: str, objective: str):
     truth = named_curve(curve)
 
-    response = SimilaritySearch(objective=objective).calibrate(simulate(truth, smooth=True))
+    response = SimilaritySearch(objective=objective).calibrate(
+        LevelPairs(simulate(truth, smooth=True))
+    )
 
     assert rmse(response.curve, truth) < 0.05
     assert rmse(response.curve, truth) < rmse(LINEAR, truth) / 4
@@ -64,13 +67,13 @@ def test_other_cameras_and_smooth_scenes_are_found(curve: str, objective: str):
 
 @pytest.mark.slow
 def test_a_linear_camera_stays_nearly_linear():
-    response = SimilaritySearch().calibrate(simulate(LINEAR))
+    response = SimilaritySearch().calibrate(LevelPairs(simulate(LINEAR)))
 
     assert rmse(response.curve, LINEAR) < 0.05
 
 
 def test_two_runs_are_equal_to_the_last_bit(table: Cooccurrence):
-    once, again = (SimilaritySearch(rounds=3).calibrate(table) for _ in range(2))
+    once, again = (SimilaritySearch(rounds=3).calibrate(LevelPairs(table)) for _ in range(2))
 
     assert once.curve == again.curve
     assert once.noise == again.noise
@@ -103,13 +106,13 @@ def test_the_result_tells_where_it_comes_from(table: Cooccurrence, found: Respon
 
 
 def test_the_channel_is_carried_through(table: Cooccurrence):
-    assert SimilaritySearch(rounds=1).calibrate(table, channel="G").name == "G"
+    assert SimilaritySearch(rounds=1).calibrate(LevelPairs(table), channel="G").name == "G"
 
 
 def test_progress_rises_to_one(table: Cooccurrence):
     shares: list[float] = []
 
-    SimilaritySearch(rounds=4, iterations=2).calibrate(table, progress=shares.append)
+    SimilaritySearch(rounds=4, iterations=2).calibrate(LevelPairs(table), progress=shares.append)
 
     assert len(shares) == 4
     assert np.all(np.diff(shares) > 0)
@@ -120,7 +123,7 @@ def test_progress_rises_to_one(table: Cooccurrence):
 def test_progress_reaches_one_also_when_the_search_converges_early(table: Cooccurrence):
     shares: list[float] = []
 
-    response = SimilaritySearch(rounds=100).calibrate(table, progress=shares.append)
+    response = SimilaritySearch(rounds=100).calibrate(LevelPairs(table), progress=shares.append)
 
     assert response.status is Status.CONVERGED
     assert len(shares) < 100
@@ -128,7 +131,7 @@ def test_progress_reaches_one_also_when_the_search_converges_early(table: Cooccu
 
 
 def test_a_search_that_was_stopped_early_says_so(table: Cooccurrence):
-    response = SimilaritySearch(rounds=1, iterations=3).calibrate(table)
+    response = SimilaritySearch(rounds=1, iterations=3).calibrate(LevelPairs(table))
 
     assert response.status is Status.LIMIT_REACHED
     assert Flag.SEARCH_UNFINISHED in response.flags
@@ -138,7 +141,7 @@ def test_a_search_that_was_stopped_early_says_so(table: Cooccurrence):
 def test_pairs_that_no_model_explains_are_flagged():
     frames = np.random.default_rng(9).integers(0, 256, (2, 300, 400), dtype=np.uint8)
 
-    response = SimilaritySearch(rounds=2).calibrate(Cooccurrence.of_pair(*frames))
+    response = SimilaritySearch(rounds=2).calibrate(LevelPairs(Cooccurrence.of_pair(*frames)))
 
     assert Flag.MISFIT in response.flags
 
@@ -146,13 +149,15 @@ def test_pairs_that_no_model_explains_are_flagged():
 def test_identical_frames_drive_the_noise_to_its_bound():
     frame = np.random.default_rng(9).integers(0, 256, (300, 400), dtype=np.uint8)
 
-    response = SimilaritySearch(objective="sampled").calibrate(Cooccurrence.of_pair(frame, frame))
+    response = SimilaritySearch(objective="sampled").calibrate(
+        LevelPairs(Cooccurrence.of_pair(frame, frame))
+    )
 
     assert Flag.NOISE_AT_BOUND in response.flags
 
 
 def test_an_empty_table_gives_a_result_and_no_error():
-    response = SimilaritySearch(rounds=2).calibrate(Cooccurrence.zeros())
+    response = SimilaritySearch(rounds=2).calibrate(LevelPairs(Cooccurrence.zeros()))
 
     assert response.n_pairs == 0
     assert response.observed_levels == (0, -1)
@@ -180,12 +185,14 @@ def test_a_curve_that_decreases_is_flagged(monkeypatch: pytest.MonkeyPatch):
         model=MODELS["ameegc2"], rounds=1, iterations=1, curve_step=1e-3, noise_step=1e-3
     )
 
-    assert Flag.NOT_MONOTONE in search.calibrate(table).flags
+    assert Flag.NOT_MONOTONE in search.calibrate(LevelPairs(table)).flags
 
 
 @pytest.mark.parametrize("name", slow_but(_file()["families"], "ameegc2-exact", "gamma", "gumbel2"))
 def test_every_family_with_whitening_numbers_can_be_searched(name: str, table: Cooccurrence):
-    response = SimilaritySearch(model=MODELS[name], rounds=3, iterations=6).calibrate(table)
+    response = SimilaritySearch(model=MODELS[name], rounds=3, iterations=6).calibrate(
+        LevelPairs(table)
+    )
 
     assert response.curve.model == name
     assert response.history.values[-1] > response.history.values[0]
@@ -194,7 +201,7 @@ def test_every_family_with_whitening_numbers_can_be_searched(name: str, table: C
 
 @pytest.mark.parametrize("n_levels", [64, 128])
 def test_fewer_levels_will_do(n_levels: int):
-    response = SimilaritySearch(rounds=3).calibrate(simulate(n_levels=n_levels))
+    response = SimilaritySearch(rounds=3).calibrate(LevelPairs(simulate(n_levels=n_levels)))
 
     assert response.n_levels == n_levels
     assert rmse(response.curve, TRUTH) < rmse(LINEAR, TRUTH) / 2
@@ -227,20 +234,20 @@ def test_a_start_that_is_no_noise_is_refused(start: tuple[float, float]):
 
 def test_an_unknown_objective_is_named(table: Cooccurrence):
     with pytest.raises(LookupError, match="bins"):
-        SimilaritySearch(objective="bins").calibrate(table)
+        SimilaritySearch(objective="bins").calibrate(LevelPairs(table))
 
 
 def test_a_family_without_whitening_numbers_is_searched_in_its_own_parameters(
     table: Cooccurrence,
 ):
-    response = SimilaritySearch(model=MODELS["eegc4"], rounds=2).calibrate(table)
+    response = SimilaritySearch(model=MODELS["eegc4"], rounds=2).calibrate(LevelPairs(table))
 
     assert response.curve.model == "eegc4"
     assert response.history.values[-1] > response.history.values[0]
 
 
 def test_a_start_without_slope_is_searched_from_the_least_slope(table: Cooccurrence):
-    response = SimilaritySearch(start=(0.0, 1.0), rounds=2).calibrate(table)
+    response = SimilaritySearch(start=(0.0, 1.0), rounds=2).calibrate(LevelPairs(table))
 
     assert response.noise.slope_8bit >= 1e-3
 

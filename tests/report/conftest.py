@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, named_curve
+from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
+from chartless.evidence.noise.findings import NoiseError
 from chartless.frames.frame import Frame
 from chartless.report import render
-from chartless.result.response import ExposureEstimate, NoiseError, SeenTransfer, Status
+from chartless.result.response import Status
 from chartless.simulate import simulate_frames
 
 Element = Any

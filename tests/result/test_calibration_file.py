@@ -14,9 +14,11 @@ from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Respon
 from chartless.cli import main
 from chartless.curves import SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError, OutputError
+from chartless.evidence.bracket.findings import ExposureEstimate
+from chartless.evidence.raw.findings import RawEstimate
 from chartless.flags import Flag, Pattern
 from chartless.result.file import to_json
-from chartless.result.response import ExposureEstimate, RawEstimate, SearchHistory, Status
+from chartless.result.response import SearchHistory, Status
 
 
 def response_of(name: str = "Y", **changes: Any) -> Response:

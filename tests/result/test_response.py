@@ -5,9 +5,10 @@ import pytest
 
 from chartless.curves import named_curve
 from chartless.errors import ParameterError
+from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
 from chartless.flags import Flag
 from chartless.noise import AffineNoise
-from chartless.result.response import ExposureEstimate, Response, SeenTransfer, Status, rmse
+from chartless.result.response import Response, Status, rmse
 
 
 @pytest.fixture

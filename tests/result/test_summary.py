@@ -3,7 +3,8 @@
 import pytest
 
 from chartless import AffineNoise, Response, named_curve
-from chartless.result.response import NoiseError, Status
+from chartless.evidence.noise.findings import NoiseError
+from chartless.result.response import Status
 from chartless.result.summary import noise_text
 
 

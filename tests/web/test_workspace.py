@@ -443,7 +443,7 @@ class TestCalibrations:
             ({"times": "/etc/passwd"}, "numbers or fractions"),
             ({"times": "1,zwei"}, "numbers or fractions"),
             ({"evidence": "bracket"}, "exposure"),
-            ({"method": "debevec"}, "exposures"),
+            ({"method": "debevec"}, "exposure"),
             ({"channels": "rgb"}, "is grey"),
         ],
     )

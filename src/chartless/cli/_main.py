@@ -23,6 +23,7 @@ from chartless.cli.fit import fit
 from chartless.cli.linearize import linearize
 from chartless.cli.merge import merge
 from chartless.cli.models import models
+from chartless.cli.plan import plan
 from chartless.cli.reproduce import app as reproduce
 from chartless.cli.serve import serve
 from chartless.cli.show import show
@@ -38,7 +39,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
 )
-for command in (demo, calibrate, watch, linearize, merge, show, simulate, fit, compare, models):
+for command in (
+    demo,
+    plan,
+    calibrate,
+    watch,
+    linearize,
+    merge,
+    show,
+    simulate,
+    fit,
+    compare,
+    models,
+):
     app.command()(command)
 app.command()(serve)
 app.command()(export)

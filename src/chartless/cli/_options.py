@@ -69,7 +69,7 @@ def parse_times(text: str) -> list[float] | list[str] | str:
     Words are names of unknown exposures: ``a,b,b,c``.
     The time of a line is its last word, so that lists of files and times will do.
     """
-    from chartless.evidence.plan import parsed_times
+    from chartless.evidence.exposures import parsed_times
 
     path = Path(text)
     if not path.is_file():

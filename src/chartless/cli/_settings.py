@@ -40,6 +40,13 @@ def _parsed(name: str, text: str, usual: object) -> Any:  # noqa: ANN401 - of th
         raise ParameterError(msg) from None
 
 
+def _yes_or_no(text: str) -> bool:
+    answers = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
+    if text.lower() not in answers:
+        raise ValueError
+    return answers[text.lower()]
+
+
 def _reader_of(usual: object) -> tuple[Callable[[str], Any], str]:
     """What makes a value like a usual one out of a text, and how to write it."""
     from chartless.noise import NoisePrior
@@ -50,6 +57,8 @@ def _reader_of(usual: object) -> tuple[Callable[[str], Any], str]:
     if isinstance(usual, tuple):
         what = f"{len(usual)} numbers, such as {','.join(f'{each:g}' for each in usual)}"
         return (lambda text: parse_numbers(text, len(usual))), what
+    if isinstance(usual, bool):
+        return _yes_or_no, "yes or no"
     if isinstance(usual, int):
         return int, f"a whole number, such as {usual}"
     if isinstance(usual, float):

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, TextIO
 from chartless.errors import ParameterError, with_options
 
 if TYPE_CHECKING:  # the library takes half a second to import: --help does without
+    from chartless.evidence.reader import Progress
     from chartless.experiments import OnCase
     from chartless.result.calibration import Calibration
     from chartless.types import JsonObject
-    from chartless.workflow import Progress
 
 FLAGGED = 3
 """Exit status under --strict when a result is flagged."""

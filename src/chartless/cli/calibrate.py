@@ -63,8 +63,7 @@ def calibrate(
         str | None,
         typer.Option(
             help="Method: likelihood; of noise nlf (noise level alone, fast), ism-bin, ism-sampled "
-            "(image similarity); of exposures debevec, mitsunaga, robertson [likelihood; with "
-            "--raw raw].",
+            "(image similarity); of exposures debevec, mitsunaga, robertson [likelihood].",
             show_default=False,
         ),
     ] = None,
@@ -81,19 +80,51 @@ def calibrate(
     mask: Annotated[
         Path | None, typer.Option(help="Picture that is black where pixels are to be left out.")
     ] = None,
-    dark: Annotated[
-        list[Path] | None,
+    evidence: Annotated[
+        str,
         typer.Option(
-            help="Frame with the lens covered and the same settings; may be repeated. It tells the "
-            "noise at black.",
-            show_default=False,
+            help="What to use: auto (what there is, see chartless plan), or kinds by name with "
+            "commas between them: noise (frames of one exposure), bracket (exposures), raw; both "
+            "is noise,bracket."
         ),
-    ] = None,
+    ] = "auto",
     raw: Annotated[
         list[Path] | None,
         typer.Option(
-            help="Raw file of a picture, of the same name but for the suffix; may be repeated. It "
-            "tells the light of each pixel.",
+            help="raw: raw file of a picture, of the same name but for the suffix, for the light "
+            "of each pixel; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    times: Annotated[
+        str | None,
+        typer.Option(
+            help="bracket: relative exposures of the frames instead of EXIF: 1,2,4, a file with a "
+            "line for each, or unknown; a,b,b,c if only the second and third are alike.",
+            show_default=False,
+        ),
+    ] = None,
+    time_error: Annotated[
+        float | None,
+        typer.Option(
+            help="bracket: relative error of the exposures [0 with --times, 0.02 with EXIF].",
+            show_default=False,
+        ),
+    ] = None,
+    unaligned: Annotated[
+        bool,
+        typer.Option(
+            "--unaligned", help="bracket: match exposures by their histograms, for hand-held ones."
+        ),
+    ] = False,
+    bloom_radius: Annotated[
+        int, typer.Option(min=0, help="bracket: leave out this many pixels around saturated ones.")
+    ] = 0,
+    dark: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="noise: frame with the lens covered and the same settings, for the noise at "
+            "black; may be repeated.",
             show_default=False,
         ),
     ] = None,
@@ -101,38 +132,9 @@ def calibrate(
         bool,
         typer.Option(
             "--shared-noise",
-            help="Take all channels to have one ratio U/V, as before white balance.",
+            help="noise: take all channels to have one ratio U/V, as before white balance.",
         ),
     ] = False,
-    evidence: Annotated[
-        str,
-        typer.Option(
-            help="What to compare: auto (by exposures), noise (frames of one exposure), bracket "
-            "(exposures) or both."
-        ),
-    ] = "auto",
-    times: Annotated[
-        str | None,
-        typer.Option(
-            help="Relative exposures of the frames instead of EXIF: 1,2,4, a file with a line for "
-            "each, or unknown; a,b,b,c if only the second and third are alike.",
-            show_default=False,
-        ),
-    ] = None,
-    time_error: Annotated[
-        float | None,
-        typer.Option(
-            help="Relative error of the exposures [0 with --times, 0.02 with EXIF].",
-            show_default=False,
-        ),
-    ] = None,
-    unaligned: Annotated[
-        bool,
-        typer.Option("--unaligned", help="Match exposures by their histograms: hand-held."),
-    ] = False,
-    bloom_radius: Annotated[
-        int, typer.Option(min=0, help="Leave out this many pixels around saturated ones.")
-    ] = 0,
     rounds: Annotated[int | None, _search("ism: rounds of the search, at most [15].")] = None,
     iterations: Annotated[
         int | None, _search("ism: iterations in a round, for noise and curve each [10].")
@@ -194,7 +196,7 @@ def calibrate(
     """
     from chartless.frames.sequence import expanded
     from chartless.result.file import save, to_json
-    from chartless.workflow import DEFAULT_METHOD, RAW_METHOD
+    from chartless.workflow import DEFAULT_METHOD
     from chartless.workflow import calibrate as calibrate_camera
 
     frames = expanded(frames)
@@ -208,11 +210,19 @@ def calibrate(
         "tolerance": tolerance,
     }
     settings = {name: value for name, value in given.items() if value is not None}
-    named = parse_settings(setting or (), method or (RAW_METHOD if raw else DEFAULT_METHOD))
+    named = parse_settings(setting or (), method or DEFAULT_METHOD)
     for name in settings.keys() & named.keys():
         msg = f"`{name}` is given by --set and by an option of its own: omit one"
         raise ParameterError(msg)
     settings |= named
+    if shared_noise:
+        settings["shared_noise"] = True
+    options: dict[str, Any] = {
+        "dark": expanded(dark or ()),
+        "raw": expanded(raw or ()),
+        "aligned": not unaligned,
+        "bloom_radius": bloom_radius,
+    }
     target = output or (None if as_json else Path("camera.json"))
     require_outputs(target, report)
     if target is not None and target.resolve() in {
@@ -228,17 +238,13 @@ def calibrate(
             channels=channels,
             n_levels=levels,
             mask=mask,
-            dark=expanded(dark or ()),
-            raw=expanded(raw or ()),
-            shared_noise=shared_noise,
             evidence=evidence,
             times=None if times is None else parse_times(times),
             time_error=time_error,
-            aligned=not unaligned,
-            bloom_radius=bloom_radius,
             jobs=jobs,
             scheduler=scheduler,
             progress=progress,
+            **options,
             **settings,
         )
     if target is not None:

@@ -12,7 +12,7 @@ from chartless.cli._terminal import print_json, progress_bar, remark, remark_ver
 from chartless.errors import ParameterError, UnfitFramesError, with_options
 
 if TYPE_CHECKING:
-    from chartless.evidence.plan import Plan
+    from chartless.evidence.exposures import Exposures
     from chartless.frames.frame import CameraSettings, Frame
     from chartless.images import Metadata
     from chartless.merge import RadianceMap
@@ -92,7 +92,7 @@ def merge(
     camera = load_calibration(calibration)
     settings = [read_settings(frame) for frame in frames]
     given = None if times is None else _known_times(times)
-    plan = _plan(frames, settings, given)
+    bracket = _bracket(frames, settings, given)
     exposures, unit = _exposures(settings, given)
     files = _Files(frames)
     with progress_bar() as progress:
@@ -135,7 +135,7 @@ def merge(
             }
         )
         return
-    print(f"{output}: {width} × {height}, {with_options(plan.reason)}")
+    print(f"{output}: {width} × {height}, {with_options(str(bracket))}")
     print(f"radiance  {_range(merged)} in {unit}")
     print(f"clipped   {_clipped(merged)}")
 
@@ -174,11 +174,11 @@ def _known_times(text: str) -> list[float]:
     return times
 
 
-def _plan(
+def _bracket(
     frames: list[Path], settings: "Sequence[CameraSettings]", times: list[float] | None
-) -> "Plan":
-    """Plan of a bracket, with words that suit this command where there is none."""
-    from chartless.evidence.plan import noted_exposures, planned
+) -> "Exposures":
+    """Exposures of a bracket, with words that suit this command where there is none."""
+    from chartless.evidence.exposures import exposures_of, noted_exposures
 
     if len(frames) < 2:  # noqa: PLR2004 - exposures
         msg = f"{frames[0]} alone is no bracket: give two or more exposures of one scene"
@@ -190,18 +190,18 @@ def _plan(
         )
         msg = f"{silent} does not tell its exposure: give --times, one for each frame"
         raise UnfitFramesError(msg)
-    try:
-        return planned(frames, settings, times=times, kind="bracket")
-    except UnfitFramesError as error:
+    found = exposures_of(frames, settings, times=times, checked=False)
+    if found is None or len(found.groups) == 1:
         msg = f"all {len(frames)} frames have one exposure: give different exposures of one scene"
-        raise UnfitFramesError(msg) from error
+        raise UnfitFramesError(msg)
+    return found
 
 
 def _exposures(
     settings: "Sequence[CameraSettings]", times: list[float] | None
 ) -> tuple[tuple[float, ...], str]:
     """Exposure of each frame, and the unit of radiance: one over that of the exposures."""
-    from chartless.evidence.plan import noted_exposures
+    from chartless.evidence.exposures import noted_exposures
 
     if times is not None:
         return tuple(times), "1/time, as --times gives it"

@@ -1,361 +1,124 @@
-"""Which evidence frames hold: noise, exposures or both.
+"""Which kinds of evidence frames hold, and which of them are read.
 
-Frames of one exposure are compared for their noise, frames of different exposures for what an
-exposure does to the levels. A bracket in which an exposure is repeated has both. It is decided
-from settings alone, before a pixel is read.
+One rule for all kinds: those that a user asks for by name; else those that are sure of their frames
+(raw files beside pictures, exposures that differ, repeats among them); else those that are not.
 """
 
-import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from pathlib import Path
-from typing import TypeAlias
-
-import numpy as np
+from typing import Any
 
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.frames.channels import MOST_STOPS
-from chartless.frames.frame import CameraSettings
-from chartless.types import Floats
+from chartless.evidence._kind import Declined, Inputs, Proposal
+from chartless.evidence.kinds import KINDS
 
-KINDS = ("auto", "noise", "bracket", "both")
-"""What a user may ask for; auto takes what there is."""
-UNKNOWN = "unknown"
-"""For times, instead of numbers."""
-EXIF_ERROR = 0.02
-"""Relative error of exposures that a camera notes: shutters and apertures are as good as that."""
-UNKNOWN_ERROR = 1.5
-"""Deviation of ln t where nothing is known: a factor of four or five either way."""
-_AND_NOISE = ", and noise of "
-LEAST_EXPOSURE, MOST_EXPOSURE = 1e-18, 1e18
-"""Limits of an exposure. Radiance is irradiance over exposure, in single precision, which ends at
-10⁻³⁸ and 10³⁸; files of Radiance HDR write 0 below 10⁻³². Within these limits ten digits of
-irradiance fit. Cameras note t · ISO/N² between 10⁻⁸ and 10¹⁰."""
-MOST_RATIO = 2.0**64
-"""Of the longest exposure to the shortest. Weights in a merged picture go by the square of the
-exposure, and must not vanish in single precision. The sun and what starlight shows are 44 stops
-apart."""
-MOST_ERROR = 10.0
-"""Of the relative error of exposures: more than `UNKNOWN_ERROR` says nothing else, and the
-likelihood's matrices lose their digits at 10⁸."""
-_EXACT = 1e-6  # relative error of exposures that is none
-_DISAGREE = 0.5  # stops between those given and EXIF
+AUTO, BOTH = "auto", "both"
+"""Instead of names of kinds: what there is; short for noise and bracket."""
 
 
-Groups: TypeAlias = tuple[tuple[int, ...], ...]
-"""Numbers of the frames of each exposure."""
-Times: TypeAlias = Sequence[float] | Sequence[str] | str | None
-"""Exposures as a user gives them."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Plan:
-    """What will be read from the frames."""
+    """What will be read from frames, and why the rest will not."""
 
-    groups: Groups
-    """Numbers of the frames of each exposure, from the shortest; of unknown exposures in the order
-    of their first frames."""
-    log_exposures: Floats | None
-    """ln t of each group; None if unknown."""
-    exposure_error: float
-    """Deviation of each."""
-    reason: str
-    """One sentence for the user."""
-    noise: bool
-    """Whether frames of one exposure are compared."""
-    bracket: bool
-    """Whether exposures are compared."""
+    taken: tuple[Proposal, ...]
+    left: tuple[Proposal, ...]
+    """What there is as well, to be asked for by name."""
+    declined: tuple[Declined, ...]
+
+    @property
+    def reason(self) -> str:
+        """What will be read, in one sentence without a full stop."""
+        return ", and ".join(each.sentence for each in self.taken)
 
     @property
     def kinds(self) -> frozenset[str]:
-        """Kinds of evidence, "noise" and "bracket"."""
-        return frozenset(
-            kind for kind, read in (("noise", self.noise), ("bracket", self.bracket)) if read
-        )
-
-    def without_noise(self) -> "Plan":
-        """The same bracket for a method that reads no noise."""
-        reason, _, _ = self.reason.partition(_AND_NOISE)
-        return replace(self, noise=False, reason=reason)
+        """Names of the kinds that are taken."""
+        return frozenset(each.kind for each in self.taken)
 
 
-def parsed_times(parts: Sequence[str]) -> list[float] | list[str] | str:
-    """Exposures from texts: numbers, fractions such as 1/30, names, or the one word unknown.
+def asked_kinds(evidence: str | Sequence[str]) -> frozenset[str]:
+    """Names of kinds in what a user writes, such as ``"noise,bracket"``; empty for ``"auto"``.
 
     Raises
     ------
     ParameterError
-        If they are neither.
+        If there is no such kind.
     """
-    parts = [part.strip() for part in parts]
-    if parts == [UNKNOWN]:
-        return UNKNOWN
-    if len(parts) > 1 and all(part.isalpha() for part in parts):
-        return parts
-    try:
-        times = [float(Fraction(part) if "/" in part else part) for part in parts]
-    except (ValueError, ArithmeticError):
-        times = [math.nan]
-    if not all(map(math.isfinite, times)):
-        given = ",".join(parts)[:60]
-        msg = f"`times` must be numbers or fractions such as 1/30,1/8,1/2, not {given!r}"
-        raise ParameterError(msg)
-    return times
+    names = evidence.split(",") if isinstance(evidence, str) else list(evidence)
+    names = [name.strip() for name in names]
+    if names == [AUTO]:
+        return frozenset()
+    names = ["noise", "bracket"] if names == [BOTH] else names
+    for name in names:
+        if name not in KINDS:
+            known = ", ".join(KINDS)
+            msg = f"evidence must be {AUTO} or some of {known}, such as 'raw,bracket', not {name!r}"
+            raise ParameterError(msg)
+    return frozenset(names)
 
 
 def planned(
-    names: Sequence[Path],
-    settings: Sequence[CameraSettings],
+    inputs: Inputs,
+    options: Mapping[str, Any],
     *,
-    times: Times = None,
-    time_error: float | None = None,
-    kind: str = "auto",
+    method: str = "likelihood",
+    taken_by: Collection[str] | None = None,
 ) -> Plan:
-    """Decide from exposures, given or noted by the camera, what evidence there is.
+    """Ask all kinds what these frames hold, and choose.
 
     Parameters
     ----------
-    names : sequence of Path
-        Of the frames, for messages.
-    settings : sequence of CameraSettings
-    times : sequence of float or of str or "unknown", optional
-        Relative exposure of each frame. Where the ratios are unknown, names for the exposures, the
-        same for frames of the same one; "unknown" if all differ.
-    time_error : float, optional
-        Relative error of the exposures, at most `MOST_ERROR`; without, 0 for `times` and
-        `EXIF_ERROR` for EXIF. Unknown exposures have none.
-    kind : str
-        One of `KINDS`.
+    inputs : Inputs
+    options : mapping from names of kinds to their options
+    method : str
+        Name of the method, for messages.
+    taken_by : collection of str, optional
+        Kinds that the method takes; without, all.
 
     Raises
     ------
-    ParameterError
-        If a setting has no meaning or contradicts the files.
     UnfitFramesError
-        If the frames have not what `kind` asks for.
-    """
-    time_error = _checked_error(time_error)
-    times = _plain(times)
-    _require_sense(times, kind)
-    if not names:
-        msg = "calibration needs two or more frames of the same still scene, none was given"
-        raise UnfitFramesError(msg)
-    if kind == "noise":
-        if times is not None:
-            msg = "noise is that of frames of one exposure: omit `times` or `evidence='noise'`"
-            raise ParameterError(msg)
-        return _noise_alone(len(names), "noise, as asked for")
-    labels = _labels(times, len(names))
-    if labels is not None:
-        groups = _labelled(labels)
-        reason = f"a bracket of {len(groups)} exposures, their ratios unknown"
-        _require_known(time_error)
-        noise, told = _repeats(groups, kind)
-        return _checked(
-            Plan(groups, None, UNKNOWN_ERROR, reason + told, noise=noise, bracket=True), kind
-        )
-    noted = noted_exposures(settings)
-    if times is not None:
-        exposures, source, error = _given(times, names), "`times`", time_error or 0.0
-        if noted is not None and kind == "auto":
-            _require_agreement(names, exposures, np.asarray(noted))
-    elif noted is not None:
-        exposures, source = np.asarray(noted), "EXIF"
-        require_exposures(exposures, [f"the exposure of {name} by EXIF" for name in names])
-        error = EXIF_ERROR if time_error is None else time_error
-    elif kind == "auto":
-        return _noise_alone(len(names), "noise (the files record no exposure settings)")
-    else:
-        msg = (
-            "the files record no exposure settings: give `times`, such as `times=[1, 2, 4]`, or "
-            "`times='unknown'`"
-        )
-        raise UnfitFramesError(msg)
-    groups, levels = _grouped(np.log(exposures))
-    if len(groups) == 1 and kind == "auto":
-        return _noise_alone(len(names), f"noise (all frames have one exposure by {source})")
-    reason = (
-        f"a bracket of {len(groups)} exposures, 1 to {math.exp(np.ptp(levels)):.4g} by {source}"
-    )
-    noise, told = _repeats(groups, kind)
-    return _checked(Plan(groups, levels, error, reason + told, noise=noise, bracket=True), kind)
-
-
-def _repeats(groups: Groups, kind: str) -> tuple[bool, str]:
-    """Whether noise is read too, and a clause that says so."""
-    repeated = sum(len(group) > 1 for group in groups)
-    noise = bool(repeated) and kind != "bracket"
-    return noise, f"{_AND_NOISE}{repeated} of them, which are repeated" if noise else ""
-
-
-def _labels(times: Times, n_frames: int) -> list[str] | None:
-    """Names of the exposures where these are unknown; None if times are numbers."""
-    if times == UNKNOWN:
-        return [str(place) for place in range(n_frames)]
-    if times is None or isinstance(times, str):
-        return None
-    labels = [each for each in times if isinstance(each, str)]
-    if labels and len(labels) < len(times):
-        msg = f"times are all numbers or all names of exposures, not {labels[0]!r} among numbers"
-        raise ParameterError(msg)
-    if labels:
-        _require_one_each(len(labels), n_frames)
-    return labels or None
-
-
-def _labelled(labels: Sequence[str]) -> Groups:
-    """Frames of one name, in the order of their first frames."""
-    groups: dict[str, list[int]] = {}
-    for place, label in enumerate(labels):
-        groups.setdefault(label, []).append(place)
-    return tuple(map(tuple, groups.values()))
-
-
-def _require_known(time_error: float | None) -> None:
-    """Refuse an error of exposures that are unknown."""
-    if time_error is not None:
-        msg = (
-            "`time_error` says how far known exposures may be off, and these are unknown: give "
-            "`times` as numbers, or omit `time_error`"
-        )
-        raise ParameterError(msg)
-
-
-def _checked_error(time_error: float | None) -> float | None:
-    if time_error is None:
-        return None
-    if not 0 <= time_error <= MOST_ERROR:
-        msg = (
-            f"time_error must be a number, 0 or above, and at most {MOST_ERROR:g}, not "
-            f"{time_error!r}: it is relative, 0.1 for 10 %"
-        )
-        raise ParameterError(msg)
-    return time_error if time_error >= _EXACT else 0.0
-
-
-def _plain(times: object) -> Times:
-    """Times as a list of numbers or of names, also those of an array; text and None as they are."""
-    if times is None or isinstance(times, str):
-        return times
-    listed = times.tolist() if isinstance(times, np.ndarray) else times
-    if not isinstance(listed, list | tuple) or not all(
-        isinstance(each, str | int | float | np.integer | np.floating) for each in listed
-    ):
-        msg = f"times must be numbers or names, one for each frame, not {listed!r:.80}"
-        raise ParameterError(msg)
-    return list(listed)
-
-
-def _require_sense(times: Times, kind: str) -> None:
-    if kind not in KINDS:
-        msg = f"evidence must be one of {', '.join(KINDS)}, not {kind!r}"
-        raise ParameterError(msg)
-    if isinstance(times, str) and times != UNKNOWN:
-        msg = f"times are numbers, names of exposures or {UNKNOWN!r}, not {times!r}"
-        raise ParameterError(msg)
-
-
-def _noise_alone(n_frames: int, reason: str) -> Plan:
-    return Plan((tuple(range(n_frames)),), None, 0.0, reason, noise=True, bracket=False)
-
-
-def _checked(plan: Plan, kind: str) -> Plan:
-    if len(plan.groups) < 2:  # noqa: PLR2004 - a bracket
-        msg = (
-            "a bracket needs two or more frames of one scene at different exposures: give them, or "
-            "`evidence='noise'` for frames of one exposure"
-        )
-        raise UnfitFramesError(msg)
-    if kind == "both" and not plan.noise:
-        msg = "no exposure is repeated, so there is no noise to measure: use `evidence='auto'`"
-        raise UnfitFramesError(msg)
-    return plan
-
-
-def noted_exposures(settings: Sequence[CameraSettings]) -> list[float] | None:
-    """Exposure of each frame by EXIF, up to a factor; None if a file does not tell it.
-
-    It is t · ISO/N² if all files tell the three, and the time t alone where files tell no more.
-    """
-    exposures = [each.exposure for each in settings]
-    if all(each is None for each in exposures):
-        # Older cameras and edited files keep the time alone.
-        alike = {(each.f_number, each.iso) for each in settings}
-        exposures = [each.exposure_time for each in settings] if len(alike) == 1 else exposures
-    known = [each for each in exposures if each is not None]
-    return known if len(known) == len(exposures) else None
-
-
-def _given(times: Sequence[float] | Sequence[str] | str, names: Sequence[Path]) -> Floats:
-    exposures = np.asarray(times, dtype=np.float64)
-    _require_one_each(exposures.size, len(names))
-    require_exposures(exposures, [f"the time of {name}" for name in names])
-    return exposures
-
-
-def require_exposures(exposures: Floats, names: Sequence[str]) -> None:
-    """Refuse exposures that no picture can have, or that single precision cannot hold.
-
-    Parameters
-    ----------
-    exposures : ndarray, shape (K,)
-    names : sequence of str
-        What each is called in messages.
-
-    Raises
-    ------
+        If frames hold nothing, or not what was asked for.
     ParameterError
-        If an exposure is not above 0, not finite, or beyond `LEAST_EXPOSURE`, `MOST_EXPOSURE` or
-        `MOST_RATIO`.
+        If an option has no meaning, or the method takes nothing of what frames hold.
     """
-    for name, exposure in zip(names, exposures, strict=True):
-        if not 0 < exposure < math.inf:
-            msg = f"{name} must be above 0, not {exposure:g}"
-            raise ParameterError(msg)
-        if not LEAST_EXPOSURE <= exposure <= MOST_EXPOSURE:
-            msg = (
-                f"{name} must be between {LEAST_EXPOSURE:g} and {MOST_EXPOSURE:g}, not "
-                f"{exposure:g}: give times in seconds, or relative to one of the frames"
+    proposals: list[Proposal] = []
+    declined: list[Declined] = []
+    for name, kind in KINDS.items():
+        others = frozenset(each.kind for each in proposals)
+        found = kind.proposed(replace(inputs, others=others), options[name])
+        if isinstance(found, Proposal):
+            proposals.append(found)
+        else:
+            declined.append(found)
+    for refusal in declined:
+        if refusal.kind in inputs.asked:
+            raise UnfitFramesError(str(refusal))
+    if not proposals:
+        raise UnfitFramesError(str(declined[-1]))
+    wanted = [each for each in proposals if each.kind in inputs.asked]
+    chosen = wanted or [each for each in proposals if each.sure] or proposals
+    if taken_by is not None:
+        kept = [each for each in chosen if each.kind in taken_by]
+        if not kept or (inputs.asked and len(kept) < len(chosen)):
+            raise ParameterError(_not_taken(chosen, declined, taken_by, method))
+        chosen = kept
+    left = tuple(each for each in proposals if each not in chosen)
+    return Plan(tuple(chosen), left, tuple(declined))
+
+
+def _not_taken(
+    chosen: Sequence[Proposal],
+    declined: Sequence[Declined],
+    taken_by: Collection[str],
+    method: str,
+) -> str:
+    """What a method lacks, in one sentence."""
+    takes = f"{method} estimates from {' or '.join(sorted(taken_by))}"
+    for refusal in declined:
+        if refusal.kind in taken_by:
+            return (
+                f"{takes}, and {refusal.reason}: {refusal.advice}, or choose the method likelihood"
             )
-            raise ParameterError(msg)
-    if exposures.max() > MOST_RATIO * exposures.min():
-        shortest, longest = int(exposures.argmin()), int(exposures.argmax())
-        msg = (
-            f"{names[longest]} is {exposures[longest]:g}, {names[shortest]} is "
-            f"{exposures[shortest]:g}: no scene spans the {math.log2(MOST_RATIO):.0f} stops that "
-            "they are more than apart; check the times"
-        )
-        raise ParameterError(msg)
-
-
-def _require_one_each(n_times: int, n_frames: int) -> None:
-    if n_times != n_frames:
-        msg = f"{n_times} times were given for {n_frames} frames: give one for each"
-        raise ParameterError(msg)
-
-
-def _require_agreement(names: Sequence[Path], given: Floats, noted: Floats) -> None:
-    apart = np.log2(given / given[0]) - np.log2(noted / noted[0])
-    apart -= np.sort(apart)[apart.size // 2]  # of two frames no mean: each would be half as far
-    worst = int(np.abs(apart).argmax())
-    if abs(apart[worst]) > _DISAGREE:
-        msg = (
-            f"{names[worst]}: its EXIF exposure is {abs(apart[worst]):.1f} stops from `times`: "
-            "omit `times` or, if it is right, add `evidence='bracket'`"
-        )
-        raise ParameterError(msg)
-
-
-def _grouped(log_exposures: Floats) -> tuple[Groups, Floats]:
-    """Frames of one exposure, from the shortest, and ln t of each group."""
-    groups: list[list[int]] = []
-    for place in np.argsort(log_exposures, kind="stable"):
-        step = math.inf
-        if groups:
-            step = (log_exposures[place] - log_exposures[groups[-1][0]]) / math.log(2)
-        if step > MOST_STOPS:
-            groups.append([])
-        groups[-1].append(int(place))
-    levels = np.array([log_exposures[group].mean() for group in groups])
-    return tuple(tuple(sorted(group)) for group in groups), levels
+    what = ", and ".join(each.sentence for each in chosen)
+    return f"{takes}, and this is {what}: choose the method likelihood, or `evidence`"

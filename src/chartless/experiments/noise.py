@@ -21,10 +21,11 @@ from chartless.curves import SampledCurve, SrgbCurve
 from chartless.curves.prior import CurvePrior, bin_edges, log_slope_basis
 from chartless.datasets import Dorf
 from chartless.errors import ImageError, ParameterError
+from chartless.evidence.noise.bound import free_bound
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
 from chartless.images import read_values
-from chartless.inference.information import free_bound
 from chartless.methods import (
     AbstractCalibrator,
     LikelihoodSearch,
@@ -219,7 +220,7 @@ class CaseResult:
     """By method."""
     bound: float
     """Least RMSE that an estimate of any curve can have on these pairs: see
-    `chartless.inference.information.free_bound`."""
+    `chartless.evidence.noise.bound.free_bound`."""
 
 
 def run(
@@ -373,7 +374,7 @@ def estimate(
 ) -> Outcome:
     """Run a method that tells deviations and compare curve and deviations with the truth."""
     begun = time.perf_counter()
-    response = calibrator.calibrate(table, n_frames=n_frames, dark=dark)
+    response = calibrator.calibrate(LevelPairs(table, n_frames, dark))
     seconds = time.perf_counter() - begun
     inner = slice(1, -1)  # the ends are known
     brightness = np.arange(table.n_levels) / (table.n_levels - 1)

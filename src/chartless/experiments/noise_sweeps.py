@@ -18,6 +18,7 @@ from chartless._version import __version__
 from chartless.curves.fitting import fit
 from chartless.curves.prior import N_BINS, bin_edges
 from chartless.datasets import Dorf
+from chartless.evidence.noise.bound import free_bound, pair_bound
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
 from chartless.experiments.noise import (
@@ -35,7 +36,6 @@ from chartless.experiments.noise import (
 )
 from chartless.frames.levels import level_table
 from chartless.images import through_jpeg
-from chartless.inference.information import free_bound, pair_bound
 from chartless.methods import LikelihoodSearch, SimilaritySearch
 from chartless.models import AmeegcExact
 from chartless.noise import CAMERAS_OF_2008, AffineNoise

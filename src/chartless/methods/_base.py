@@ -1,59 +1,30 @@
 """What every method of calibration promises, and the registry of methods."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, final
+
+from typing_extensions import override
 
 from chartless._registry import Registry
 from chartless.errors import ParameterError
-from chartless.evidence.bracket.likelihood import ExposureCounts
-from chartless.evidence.noise.cooccurrence import Cooccurrence
-from chartless.evidence.raw.gather import RawBlocks
+from chartless.evidence._base import AbstractChannelEvidence, ChannelEvidence
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.noise import NoisePrior
 from chartless.result.response import Response
-from chartless.types import Counts, JsonObject
+from chartless.types import JsonObject
 
 ChannelProgress = Callable[[float], None]
 """Called now and then with the share of the work done, 0 … 1."""
-
-
-class ChannelEvidence(NamedTuple):
-    """What a method is given of one channel; see `AbstractCalibrator.calibrate`."""
-
-    channel: str
-    pairs: Cooccurrence | None
-    n_frames: int
-    dark: Counts | None
-    bracket: ExposureCounts | None
-    raw: RawBlocks | None
-
-    @property
-    def table(self) -> Cooccurrence:
-        """Level pairs of one exposure, for methods that take noise."""
-        assert self.pairs is not None
-        return self.pairs
-
-    @property
-    def exposures(self) -> ExposureCounts:
-        """Level pairs of different exposures, for methods that take them."""
-        assert self.bracket is not None
-        return self.bracket
-
-    @property
-    def blocks(self) -> RawBlocks:
-        """Light and level of the same blocks of pixels, for methods that take raw files."""
-        assert self.raw is not None
-        return self.raw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractCalibrator(ABC):
     """Settings in the constructor, evidence to `calibrate`, a `Response` out."""
 
-    takes: ClassVar[frozenset[str]] = frozenset({"noise"})
-    """Kinds of evidence that the method reads, of which it needs one: "noise", "exposures" or
-    "raw"."""
+    takes: ClassVar[tuple[type[AbstractChannelEvidence], ...]] = (LevelPairs,)
+    """Kinds of evidence that the method reads, of which it needs one."""
     uses_dark: ClassVar[bool] = False
     """Whether frames taken with the lens covered tell this method anything."""
 
@@ -78,35 +49,32 @@ class AbstractCalibrator(ABC):
     def method(self) -> str:
         """Name in `CALIBRATORS`."""
 
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Names of the kinds of evidence that the method reads."""
+        return frozenset(each.kind for each in self.takes)
+
+    def idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
+        """Names of settings that change nothing where there are only these kinds of evidence."""
+        del kinds
+        return frozenset()
+
     def calibrate(
         self,
-        table: Cooccurrence | None = None,
-        *,
-        exposures: ExposureCounts | None = None,
-        raw: RawBlocks | None = None,
+        *evidence: AbstractChannelEvidence,
         channel: str = "Y",
-        n_frames: int = 2,
-        dark: Counts | None = None,
         progress: ChannelProgress | None = None,
     ) -> Response:
         """Estimate the response of one channel.
 
         Parameters
         ----------
-        table : Cooccurrence, optional
-            Level pairs of frames of one exposure: what noise tells.
-        exposures : ExposureCounts, optional
-            Level pairs of different exposures.
-        raw : RawBlocks, optional
-            Light by raw files, and levels of their JPEGs.
+        *evidence : AbstractChannelEvidence
+            Such as `chartless.evidence.noise.channel.LevelPairs`, at most one of each kind.
         channel : str
             Name to carry in the result.
-        n_frames : int
-            Frames that the table was counted from, each compared with the next.
-        dark : ndarray of int64, shape (L,), optional
-            How often each level occurs in frames taken with the lens covered.
         progress : callable, optional
-            Told the share of the work done.
+            Called with the share of the work done.
 
         Returns
         -------
@@ -116,26 +84,84 @@ class AbstractCalibrator(ABC):
         Raises
         ------
         ParameterError
+            As `calibrate_channels` does.
+        """
+        (response,) = self.calibrate_channels({channel: evidence}, progress=progress)
+        return response
+
+    def calibrate_channels(
+        self,
+        channels: Mapping[str, Sequence[AbstractChannelEvidence]],
+        *,
+        progress: ChannelProgress | None = None,
+    ) -> tuple[Response, ...]:
+        """Estimate the responses of all channels of a camera.
+
+        Parameters
+        ----------
+        channels : mapping from names to sequences of AbstractChannelEvidence
+            Each channel has the same kinds of evidence.
+        progress : callable, optional
+            Called with the share of the work done.
+
+        Returns
+        -------
+        tuple of Response
+            In the order of the channels.
+
+        Raises
+        ------
+        ParameterError
             If the method makes no use of dark frames and is given some, or if it is given no
             evidence that it takes, or some that it does not.
         """
-        given = {"noise"} if table is not None else set()
-        given |= {"exposures"} if exposures is not None else set()
-        given |= {"raw"} if raw is not None else set()
-        if not given or not given <= self.takes:
-            wanted, got = " or ".join(sorted(self.takes)), " and ".join(sorted(given)) or "nothing"
+        evidence = [ChannelEvidence(name, tuple(parts)) for name, parts in channels.items()]
+        for each in evidence:
+            self._require_fit(each)
+        return self._estimate_all(evidence, progress)
+
+    def _require_fit(self, evidence: ChannelEvidence) -> None:
+        given = {part.kind for part in evidence.parts}
+        if not given or not given <= self.kinds:
+            wanted, got = " or ".join(sorted(self.kinds)), " and ".join(sorted(given)) or "nothing"
             msg = f"{self.method} estimates from {wanted}, not from {got}: choose another method"
             raise ParameterError(msg)
-        if dark is not None and not self.uses_dark:
+        pairs = evidence.get(LevelPairs)
+        if pairs is not None and pairs.dark is not None and not self.uses_dark:
             msg = f"{self.method} makes no use of dark frames: choose the method likelihood"
             raise ParameterError(msg)
-        evidence = ChannelEvidence(channel, table, n_frames, dark, exposures, raw)
-        return self._estimate(evidence, progress)
+
+    @abstractmethod
+    def _estimate_all(
+        self, channels: Sequence[ChannelEvidence], progress: ChannelProgress | None
+    ) -> tuple[Response, ...]: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbstractChannelCalibrator(AbstractCalibrator):
+    """A method that estimates each channel by itself."""
+
+    @final
+    @override
+    def _estimate_all(
+        self, channels: Sequence[ChannelEvidence], progress: ChannelProgress | None
+    ) -> tuple[Response, ...]:
+        return tuple(
+            self._estimate(each, share_of(progress, place, len(channels)))
+            for place, each in enumerate(channels)
+        )
 
     @abstractmethod
     def _estimate(
         self, evidence: ChannelEvidence, progress: ChannelProgress | None
     ) -> Response: ...
+
+
+def share_of(progress: ChannelProgress | None, place: int, n_parts: int) -> ChannelProgress | None:
+    """Progress of one of so many parts of the work."""
+    if progress is None:
+        return None
+    return lambda share: progress((place + share) / n_parts)
 
 
 def _as_json(setting: object) -> Any:  # noqa: ANN401 - whatever JSON holds

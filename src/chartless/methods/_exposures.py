@@ -8,18 +8,20 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.curves import SampledCurve
+from chartless.evidence._base import AbstractChannelEvidence, ChannelEvidence
+from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.flags import Flag
-from chartless.methods._base import AbstractCalibrator, ChannelEvidence, ChannelProgress
+from chartless.methods._base import AbstractChannelCalibrator, ChannelProgress
 from chartless.result.response import Response, Status
 from chartless.types import Floats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AbstractExposureCalibrator(AbstractCalibrator):
+class AbstractExposureCalibrator(AbstractChannelCalibrator):
     """A method of the literature: no noise, no error bars."""
 
-    takes: ClassVar[frozenset[str]] = frozenset({"exposures"})
+    takes: ClassVar[tuple[type[AbstractChannelEvidence], ...]] = (ExposurePairs,)
 
     @abstractmethod
     def inverse_lut(self, counts: ExposureCounts) -> tuple[Floats, bool]:
@@ -27,7 +29,7 @@ class AbstractExposureCalibrator(AbstractCalibrator):
 
     @override
     def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
-        counts = evidence.exposures
+        counts = evidence[ExposurePairs].counts
         lut, settled = self.inverse_lut(counts)
         # Black and white are 0 and 1; between them such curves may turn back, cameras do not.
         lut = np.concatenate([[0.0], lut[1:-1], [lut[1:].max()]])

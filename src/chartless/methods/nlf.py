@@ -9,26 +9,23 @@ from typing_extensions import override
 from chartless.curves import SampledCurve
 from chartless.curves.prior import CurvePrior, measured_prior
 from chartless.curves.space import FreeCurve, free_curve
+from chartless.evidence._base import ChannelEvidence
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.evidence.noise.misfit import is_gaussian
 from chartless.evidence.noise.outliers import SOME_MOVERS, without_outliers
-from chartless.evidence.noise.stabilised import warped
 from chartless.evidence.noise.start import noise_level_start
 from chartless.flags import Flag
 from chartless.inference.posterior import at_levels, deviations_at_levels
-from chartless.methods._base import (
-    CALIBRATORS,
-    AbstractCalibrator,
-    ChannelEvidence,
-    ChannelProgress,
-)
+from chartless.inference.stabilised import warped
+from chartless.methods._base import CALIBRATORS, AbstractChannelCalibrator, ChannelProgress
 from chartless.noise import SENSORS, NoisePrior
 from chartless.result.response import Response, Status
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NoiseLevelSearch(AbstractCalibrator):
+class NoiseLevelSearch(AbstractChannelCalibrator):
     """Curve from the noise level at a typical ratio u/v of the noise parameters.
 
     The error bars allow for the ratio, which the noise level does not tell. Noise that is not
@@ -53,7 +50,7 @@ class NoiseLevelSearch(AbstractCalibrator):
 
     @override
     def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
-        table = evidence.table
+        table = evidence[LevelPairs].table
         prior = self.prior or measured_prior(table.n_levels)
         still, outliers = without_outliers(table)
         counts = PairCounts.of(still)

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chartless.curves import AbstractCurve
+from chartless.evidence.bracket.findings import SeenTransfer
 from chartless.evidence.noise.cooccurrence import (
     Cooccurrence,
     difference_moments,
@@ -21,7 +22,7 @@ from chartless.methods.ism.objectives import expected_counts, half_levels
 from chartless.noise import AffineNoise
 from chartless.plotting._style import CHANNEL_COLOURS, SERIES_COLOURS, VERMILION
 from chartless.result.calibration import Calibration
-from chartless.result.response import Response, SeenTransfer, rmse
+from chartless.result.response import Response, rmse
 from chartless.result.verdict import typical_of_exposures
 from chartless.types import Counts, Floats, Indices
 

@@ -12,6 +12,8 @@ import numpy as np
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from chartless.evidence.bracket.findings import ExposureEstimate
+from chartless.evidence.raw.findings import RawEstimate
 from chartless.formats import FORMATS
 from chartless.frames.frame import Frame
 from chartless.report._downloads import downloads
@@ -19,7 +21,7 @@ from chartless.report._figures import drawings
 from chartless.report._pictures import previews
 from chartless.report._words import unbroken
 from chartless.result.calibration import Calibration
-from chartless.result.response import ExposureEstimate, RawEstimate, Response
+from chartless.result.response import Response
 from chartless.result.summary import (
     doubts,
     error_text,

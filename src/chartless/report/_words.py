@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from chartless.evidence.bracket.findings import SeenTransfer
 from chartless.evidence.noise.cooccurrence import noise_level_function
-from chartless.result.response import Response, SeenTransfer
+from chartless.result.response import Response
 from chartless.result.verdict import deviation
 
 _QUARTERS = (0.25, 0.5, 0.75)

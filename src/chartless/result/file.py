@@ -21,22 +21,17 @@ from chartless._addresses import why_unreadable
 from chartless._files import write_text
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
+from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.findings import NoiseError
+from chartless.evidence.raw.findings import RawEstimate
 from chartless.flags import Flag, Pattern
 from chartless.frames.levels import MAX_LEVELS, MIN_LEVELS
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
 from chartless.result.calibration import Calibration
 from chartless.result.provenance import require_sound
-from chartless.result.response import (
-    ExposureEstimate,
-    NoiseError,
-    RawEstimate,
-    Response,
-    SearchHistory,
-    SeenTransfer,
-    Status,
-)
+from chartless.result.response import Response, SearchHistory, Status
 from chartless.result.verdict import verdict
 from chartless.types import Floats, JsonObject
 

@@ -7,7 +7,10 @@ import numpy as np
 
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
+from chartless.evidence.bracket.findings import ExposureEstimate
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.findings import NoiseError
+from chartless.evidence.raw.findings import RawEstimate
 from chartless.flags import Flag, Pattern
 from chartless.models import UNIFORM_IRRADIANCE
 from chartless.noise import AffineNoise
@@ -31,87 +34,6 @@ class SearchHistory:
     """Best value at the start and after each round."""
     evaluations: int
     """How often the objective was evaluated."""
-
-
-@dataclass(frozen=True, slots=True)
-class NoiseError:
-    """How sure the noise parameters are."""
-
-    log_slope: float
-    """Deviation of ln u, so about the relative error of u."""
-    log_floor: float
-    """Deviation of ln v."""
-    correlation: float
-    """Of the two."""
-
-    @classmethod
-    def from_covariance(cls, covariance: Floats) -> "NoiseError":
-        """Errors of a covariance of (ln u, ln v), shape (2, 2)."""
-        slope, floor = np.sqrt(np.diag(covariance))
-        return cls(float(slope), float(floor), float(covariance[0, 1] / (slope * floor)))
-
-
-_DARKEST = 1e-12  # of irradiance, for its logarithm
-
-
-@dataclass(frozen=True, slots=True)
-class SeenTransfer:
-    """Which level of an exposure follows which of a longer one, for plots."""
-
-    ratio: float
-    """Of the exposures, as estimated."""
-    upper: tuple[float, ...]
-    """Levels of the longer exposure."""
-    lower: tuple[float, ...]
-    """Median level of the same pixels in the shorter one."""
-
-    def apart(self, curve: AbstractCurve, n_levels: int) -> Floats:
-        """Ln of the light of both by the curve, less that of the ratio; shape of `upper`."""
-        longer, shorter = (
-            np.log(np.maximum(curve.inverse(np.array(levels) / (n_levels - 1)), _DARKEST))
-            for levels in (self.upper, self.lower)
-        )
-        return np.asarray(longer - shorter - np.log(self.ratio))
-
-
-@dataclass(frozen=True, slots=True)
-class ExposureEstimate:
-    """What a bracket told of its exposures."""
-
-    relative: tuple[float, ...]
-    """Exposures in the order of the inputs, the least being 1."""
-    exponent_error: float
-    """Deviation of ln γ if the curve is known up to f^γ; 0 if the exposures are exact. A curve and
-    its powers explain a bracket alike, with exposures that are powers of each other."""
-    scatter: float
-    """Relative deviation of irradiance between exposures that noise does not explain."""
-    transfers: tuple[SeenTransfer, ...] = ()
-
-    def scaled(self, factor: float) -> "ExposureEstimate":
-        """Return the same for levels so many times as high."""
-        transfers = tuple(
-            SeenTransfer(
-                each.ratio,
-                tuple(factor * level for level in each.upper),
-                tuple(factor * level for level in each.lower),
-            )
-            for each in self.transfers
-        )
-        return replace(self, transfers=transfers)
-
-
-@dataclass(frozen=True, slots=True)
-class RawEstimate:
-    """What raw files told besides the curve."""
-
-    matrix: tuple[float, float, float]
-    """Weights of the raw file's red, green and blue in the channel, of sum 1."""
-    gains: tuple[float, ...]
-    """By which the camera brightened each shot, the first being 1."""
-    corner_gain: float
-    """By which it brightened the corners against the middle, to make up for the lens."""
-    scatter: float
-    """Relative deviation of the light of greys from what the curve makes of their levels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -228,42 +150,6 @@ class Response:
         from chartless.report import card
 
         return card([self])
-
-    def with_exponent_error(self, error: float) -> "Response":
-        """Return the same response with another deviation of ln γ in its bands.
-
-        Where g^γ explains the evidence as well as g, g is off by g ln g times that of ln γ, and its
-        scale by the mean of ln g, each level weighted by g².
-        """
-        light = self.inverse_lut
-        log_light = np.log(np.maximum(light, np.finfo(np.float64).tiny))
-        white = self.white_std
-        if white is not None:
-            white = float(np.hypot(white, error * (light**2 @ log_light) / (light @ light)))
-        return replace(self.with_level_errors(error * light * log_light), white_std=white)
-
-    def with_level_errors(self, error: Floats) -> "Response":
-        """Return the same response with another deviation of g at each level, shape (L,)."""
-
-        def widened(std: Floats | None) -> Floats | None:
-            return None if std is None else np.hypot(std, error)
-
-        return replace(
-            self,
-            inverse_lut_std=widened(self.inverse_lut_std),
-            shape_std=widened(self.shape_std),
-        )
-
-    def with_white_error(self, error: float) -> "Response":
-        """Return the same response with another relative deviation of the light at white."""
-        if self.inverse_lut_std is None or self.white_std is None or error == 0:
-            return self
-        below_white = np.append(self.inverse_lut[:-1], 0.0)
-        return replace(
-            self,
-            inverse_lut_std=np.hypot(self.inverse_lut_std, error * below_white),
-            white_std=float(np.hypot(self.white_std, error)),
-        )
 
     def with_flags(self, *flags: Flag) -> "Response":
         """Return the same response with more flags, each at most once, in a fixed order."""

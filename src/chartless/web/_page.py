@@ -23,21 +23,21 @@ def document(*, is_shared: bool = False) -> str:
     is_shared : bool
         Whether other computers reach it.
     """
-    from chartless.evidence.plan import KINDS
+    from chartless.evidence.kinds import KINDS
+    from chartless.evidence.plan import AUTO, BOTH
     from chartless.formats import FORMATS
     from chartless.methods import CALIBRATORS
     from chartless.models import MODELS
-    from chartless.workflow import DEFAULT_METHOD, RAW_METHOD
+    from chartless.workflow import DEFAULT_METHOD
 
     return (
         environment()
         .from_string(part("page.html"))
         .render(
-            # Raw files choose their method themselves.
-            methods=[name for name in CALIBRATORS if name != RAW_METHOD],
+            methods=list(CALIBRATORS),
             default_method=DEFAULT_METHOD,
             models=list(MODELS),
-            kinds=KINDS,
+            kinds=[AUTO, *KINDS, BOTH],
             is_shared=is_shared,
             formats=[each for each in FORMATS.values() if each.is_written],
         )

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from tempfile import TemporaryDirectory
 
 from chartless.errors import ChartlessError, ParameterError
-from chartless.evidence.plan import parsed_times
+from chartless.evidence.exposures import parsed_times
 from chartless.frames.sequence import naturally_sorted
 from chartless.types import JsonObject
 from chartless.web._limits import Limits

@@ -20,14 +20,18 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import ClassVar, final
 
 import numpy as np
+from typing_extensions import override
 
 from chartless.curves.prior import irradiance_at_edges, measured_prior
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence.bracket.likelihood import Comparagram, ExposureCounts
+from chartless.evidence._base import AbstractEvidence
+from chartless.evidence._pair_check import PairCheck, check_pair
+from chartless.evidence.bracket.channel import ExposurePairs
+from chartless.evidence.bracket.likelihood import Comparagram, ExposureCounts, pooled
 from chartless.evidence.bracket.transfer import brightness_transfer
-from chartless.evidence.noise.screening import PairCheck, check_pair
 from chartless.frames.bloom import near_saturated
 from chartless.frames.channels import planes_of, require_alike, require_mask
 from chartless.frames.compression import JPEG_BLOCK, Blocks, former_blocks
@@ -53,15 +57,17 @@ COLOURED_TRUST = 0.1
 NEUTRAL = 0.12
 """Difference of the largest and the least channel, as a share of the largest, of a grey pixel."""
 _APART = (1, 2, 3)  # steps of exposure between those that are compared
-_SAME_RATIO = 1e-3  # relative
 _DARK, _BRIGHT = 0.08, 0.96  # levels from which the cast of the light is read
 _LEAST_CAST = 100  # pixels
 _DIM, _GROUPS, _ENOUGH = 8, 2, 100  # level above black; groups in a stop; pixels of a group
 
 
+@final
 @dataclass(frozen=True, slots=True, eq=False)
-class BracketEvidence:
+class BracketEvidence(AbstractEvidence):
     """What is kept of the exposures of one still scene."""
+
+    kind: ClassVar[str] = "bracket"
 
     tables: dict[str, tuple[Comparagram, ...]]
     """Of each channel, by its name: one for any two exposures, weighted."""
@@ -92,26 +98,20 @@ class BracketEvidence:
     """Whether levels were compared pixel by pixel."""
     white_error: float = 0.0
     """See `ExposureCounts.white_error`."""
-    exposures_held: bool = False
-    """See `ExposureCounts.held`."""
 
     @property
     def lossy(self) -> bool:
         """Whether files were compressed with loss."""
         return all(self.counts(name).lossy for name in self.tables)
 
-    def held(self) -> "BracketEvidence":
-        """Return the same evidence, exposures to stay as they are said to be, with their error."""
-        return replace(self, exposures_held=True)
+    @property
+    @override
+    def channels(self) -> tuple[str, ...]:
+        return tuple(self.tables)
 
-    def held_at(self, log_exposures: Floats) -> "BracketEvidence":
-        """Return the same evidence with other exposures that count as exact."""
-        return replace(
-            self,
-            tables={name: _pooled(each, log_exposures) for name, each in self.tables.items()},
-            log_exposures=log_exposures,
-            exposure_error=0.0,
-        )
+    @override
+    def channel(self, name: str) -> ExposurePairs:
+        return ExposurePairs(self.counts(name))
 
     def counts(self, channel: str) -> ExposureCounts:
         """Evidence of one channel, as the likelihood takes it."""
@@ -119,7 +119,6 @@ class BracketEvidence:
             self.tables[channel],
             self.log_exposures,
             exposure_error=self.exposure_error,
-            held=self.exposures_held,
             white_error=self.white_error,
             aligned=self.aligned,
         )
@@ -219,7 +218,7 @@ def bracket_evidence(
     else:
         tables = {name: _matched(rows, pairs, margin) for name, rows in stacked.items()}
     if exposure_error == 0:
-        tables = {name: _pooled(each, log_exposures) for name, each in tables.items()}
+        tables = {name: pooled(each, log_exposures) for name, each in tables.items()}
     return BracketEvidence(
         tables=tables,
         log_exposures=log_exposures,
@@ -381,26 +380,6 @@ def _followed(first: Levels, second: Levels, n_levels: int) -> Levels:
     rising = np.maximum.accumulate(follows)
     brought: Levels = np.rint(np.interp(np.arange(n_levels), level, rising)).astype(np.uint16)
     return brought
-
-
-def _pooled(tables: tuple[Comparagram, ...], log_exposures: Floats) -> tuple[Comparagram, ...]:
-    """Add up what has one ratio: the cost no longer grows with the number of exposures."""
-    groups: dict[int, list[Comparagram]] = {}
-    for table in tables:
-        step = log_exposures[table.longer] - log_exposures[table.shorter]
-        groups.setdefault(round(step / _SAME_RATIO), []).append(table)
-    return tuple(each[0] if len(each) == 1 else _added(each) for each in groups.values())
-
-
-def _added(tables: list[Comparagram]) -> Comparagram:
-    n_pixels = np.array([table.counts.sum(axis=1) for table in tables])
-    trusted = n_pixels * np.array([table.trust for table in tables])
-    return replace(
-        tables[0],
-        counts=np.sum([table.counts for table in tables], axis=0),
-        trust=trusted.sum(axis=0) / np.maximum(n_pixels.sum(axis=0), 1e-9),
-        histogram=np.sum([table.histogram for table in tables], axis=0),
-    )
 
 
 def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 
 from chartless.errors import UnfitFramesError
+from chartless.evidence._limits import GOOD_COVERAGE, LEAST_COVERAGE, SUSPICIOUS
 from chartless.evidence.bracket.gather import LEAST_STEP, BracketEvidence
-from chartless.evidence.noise.screening import GOOD_COVERAGE, LEAST_COVERAGE, SUSPICIOUS
 from chartless.flags import Flag
 from chartless.types import Counts, Floats, JsonObject
 

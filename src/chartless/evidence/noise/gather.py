@@ -12,25 +12,22 @@ and down, so over many pairs it would look like noise.
 Two frames are held at a time, and the tables.
 """
 
-from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 from chartless.errors import UnfitFramesError
+from chartless.evidence._base import AbstractEvidence
+from chartless.evidence._pair_check import PairCheck, channel_correlation, check_pair
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.drift import Drift, compensated, estimated_drift
 from chartless.evidence.noise.outliers import outlying
-from chartless.evidence.noise.screening import (
-    EMPTY,
-    PairCheck,
-    channel_correlation,
-    check_pair,
-    empty_share,
-    resemblance,
-    unfit,
-)
+from chartless.evidence.noise.screening import EMPTY, empty_share, resemblance, unfit
 from chartless.frames.channels import planes_of, require_alike, require_mask
 from chartless.frames.frame import Frame, FrameSource
 from chartless.frames.same_scene import compare_scenes, glimpse
@@ -39,9 +36,12 @@ from chartless.types import Bools, Counts, Levels
 _DARKEST = 0.25  # of the range: steep curves lift the noise of black
 
 
+@final
 @dataclass(frozen=True, slots=True, eq=False)
-class NoiseEvidence:
+class NoiseEvidence(AbstractEvidence):
     """What is kept of the frames of one still scene."""
+
+    kind: ClassVar[str] = "noise"
 
     tables: dict[str, Cooccurrence]
     """Co-occurrence table of each channel, by its name."""
@@ -53,6 +53,19 @@ class NoiseEvidence:
     """One for each frame, in their order."""
     n_frames: int
     """Frames of one exposure: one more than pairs of consecutive ones."""
+
+    dark: Mapping[str, Counts] = field(default_factory=dict)
+    """How often each level occurs in frames taken with the lens covered, by channel; empty without
+    such frames."""
+
+    @property
+    @override
+    def channels(self) -> tuple[str, ...]:
+        return tuple(self.tables)
+
+    @override
+    def channel(self, name: str) -> LevelPairs:
+        return LevelPairs(self.tables[name], self.n_frames, self.dark.get(name))
 
     @property
     def n_levels(self) -> int:

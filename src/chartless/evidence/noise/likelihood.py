@@ -17,13 +17,13 @@ serve every family of curves and none; ln u, ln v and ln p complete the unknowns
 
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import gammaln, ndtr, xlogy
 
 from chartless.evidence.noise.cooccurrence import Cooccurrence
-from chartless.evidence.noise.stabilised import log_extent, on_even_scale
+from chartless.inference.stabilised import log_extent, on_even_scale
+from chartless.inference.term import Expansion
 from chartless.noise import AffineNoise
 from chartless.types import Counts, Floats
 
@@ -95,16 +95,6 @@ def scene_precision(n_nodes: int) -> Floats:
     """Inverse prior covariance of the log-weights of a scene, shape (K, K)."""
     steps = np.diff(np.eye(n_nodes), axis=0) / (SCENE_STEP * np.sqrt(SCENE_NODES / n_nodes))
     return np.asarray(steps.T @ steps + _SCENE_LEVEL * np.eye(n_nodes))
-
-
-class Expansion(NamedTuple):
-    """The log-likelihood and how it changes with (edges, ln u, ln v, ln p), L + 1 + K numbers."""
-
-    value: float
-    gradient: Floats
-    """Shape (L + 1 + K,)."""
-    information: Floats
-    """Expected Fisher information, shape (L + 1 + K, L + 1 + K)."""
 
 
 class PairModel:

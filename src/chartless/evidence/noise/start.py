@@ -15,7 +15,7 @@ from chartless.curves.prior import CurvePrior, bin_edges, irradiance_at_edges
 from chartless.evidence.noise.cooccurrence import difference_moments
 from chartless.evidence.noise.likelihood import PairCounts, PairModel, Scene, with_scene
 from chartless.noise import AffineNoise
-from chartless.types import Floats, Indices
+from chartless.types import Bools, Floats, Indices
 
 _ROUNDS = 4
 _FEWEST = 50  # pairs at a level
@@ -26,6 +26,8 @@ _ROUNDING = 0.15  # the same, in levels, by what is left of rounding
 _FLOOR_SPREAD = 2.0  # prior deviation of ½ ln v
 _FURTHEST = 3.0  # of ½ ln v from its prior
 _SCENE_STEPS = 3  # of expectation maximisation
+_LEAST_LEVELS = 8  # from which noise can be divided into slope and floor
+_LEAST_PART = 1e-3  # of the noise: slope and floor have logarithms
 _MANY = 1e6  # pairs that a model's table stands for
 
 
@@ -109,11 +111,7 @@ def fit_noise_levels(
     log_floor = float(np.log(usual.floor))
     variance, counts = seen
     deviation = np.sqrt(np.maximum(variance / seen_share, _LEAST_VARIANCE))
-    level = np.arange(n_levels)
-    inside = (level - _CLIPPED * deviation >= _CLIPPED) & (
-        level + _CLIPPED * deviation <= n_levels - 1 - _CLIPPED
-    )
-    (used,) = np.nonzero((counts > _FEWEST) & inside)
+    (used,) = np.nonzero((counts > _FEWEST) & _unclipped(deviation))
     observed = -np.log(deviation[used] / (n_levels - 1))
     uncertain = _MISFIT**2 + 1 / counts[used] + (_ROUNDING / np.maximum(deviation[used], 0.1)) ** 2
     # y = w − ½ ln v + ½ ln(1 + rI) + error: condition the Gaussian process on y.
@@ -151,6 +149,42 @@ def noise_level_start(
     fit = fit_noise_levels(seen, prior, usual, seen_share=_seen_share(model))
     log_weights = model.scene.log_weights
     return fit, Scene(model.scene.nodes, log_weights - log_weights.mean())
+
+
+def noise_given_curve(counts: PairCounts, edges: Floats, usual: AffineNoise) -> AffineNoise:
+    """Noise that the differences of pairs show where the curve is known.
+
+    By least squares of relative differences; `usual` where there are too few levels.
+    """
+    variance, n_pairs = noise_levels(counts.pairs)
+    deviation = np.sqrt(np.maximum(variance, _LEAST_VARIANCE))
+    width = np.diff(np.concatenate([[0.0], edges, [1.0]]))
+    light = np.concatenate([[0.0], (edges[1:] + edges[:-1]) / 2, [1.0]])
+    (used,) = np.nonzero((n_pairs > _FEWEST) & _unclipped(deviation))
+    if used.size < _LEAST_LEVELS:
+        return usual
+    seen = (deviation * width)[used] ** 2
+    by_slope, by_floor = light[used] / seen, 1 / seen
+    n = n_pairs[used]
+    normal = np.array([[n @ by_slope**2, n @ (by_slope * by_floor)], [0.0, n @ by_floor**2]])
+    normal[1, 0] = normal[0, 1]
+    shown = np.array([n @ by_slope, n @ by_floor])
+    slope, floor = np.linalg.solve(normal, shown)
+    if slope < 0:
+        slope, floor = 0.0, shown[1] / normal[1, 1]
+    elif floor < 0:
+        slope, floor = shown[0] / normal[0, 0], 0.0
+    least = _LEAST_PART * float(np.median(seen))
+    return AffineNoise(max(float(slope), least), max(float(floor), least))
+
+
+def _unclipped(deviation: Floats) -> Bools:
+    """Levels whose noise is not cut at black or white."""
+    last = deviation.size - 1
+    level = np.arange(deviation.size)
+    return (level - _CLIPPED * deviation >= _CLIPPED) & (
+        level + _CLIPPED * deviation <= last - _CLIPPED
+    )
 
 
 def _seen_share(model: PairModel) -> Floats:

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from chartless.errors import UnfitFramesError
+from chartless.evidence._pair_check import PairCheck
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.gather import NoiseEvidence, compare_pair
-from chartless.evidence.noise.screening import PairCheck, doubts_about, unfit
+from chartless.evidence.noise.screening import doubts_about, unfit
 from chartless.flags import Flag
 from chartless.frames.channels import planes_of, require_alike, require_mask
 from chartless.frames.frame import Frame, FrameSource, TimedFrame

@@ -4,22 +4,26 @@ A raw file holds light, its JPEG the levels that the camera made of it: direct e
 curve, with no noise to read and no exposure to know. Pixels are compared as means of blocks, and
 of even ones alone: sharpening and chroma subsampling change what is near an edge, and a lens
 corrected in the JPEG moves it by a few pixels. Matrix, white balance and falloff are left to the
-fit (`chartless.methods.raw_pairs`).
+fit (`chartless.evidence.raw.term`).
 """
 
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 from chartless.errors import UnfitFramesError
+from chartless.evidence._base import AbstractEvidence
+from chartless.evidence.raw.blocks import RawBlocks
+from chartless.evidence.raw.channel import RawPairs
 from chartless.frames.channels import LUMA, planes_of, require_alike, require_mask
 from chartless.frames.frame import Frame, FrameSource, RawPicture
 from chartless.frames.registration import register
-from chartless.types import Bools, Floats, Indices, Levels
+from chartless.types import Bools, Floats, Levels
 
 MOST_BLOCKS = 1 << 16
 """Blocks of a shot, about."""
@@ -30,40 +34,12 @@ _LEAST_MATCH = 0.3  # correlation of the detail of a raw file and its JPEG
 _LEAST_LIGHT = 1e-4  # of saturation
 
 
+@final
 @dataclass(frozen=True, slots=True, eq=False)
-class RawBlocks:
-    """Light and level of even blocks of pixels, in one channel."""
-
-    level: Floats
-    """Mean level of each block, shape (N,)."""
-    light: Floats
-    """Red, green and blue of the raw file, white-balanced and of any scale, shape (N, 3)."""
-    chroma: Floats
-    """How far the block is from grey, 0 … 1, shape (N,)."""
-    radius: Floats
-    """Distance from the middle of the picture as a share of half its diagonal, shape (N,)."""
-    shot: Indices
-    """Number of the shot, shape (N,)."""
-    base: Floats
-    """Weights of red, green and blue for a camera without a matrix, shape (3,), of sum 1."""
-    light_error: float
-    """How far black of the raw file may be from 0, in units of the light."""
-    n_levels: int
-
-    @property
-    def n_shots(self) -> int:
-        """Shots, with or without blocks."""
-        return int(self.shot.max(initial=-1)) + 1
-
-    @property
-    def observed_levels(self) -> tuple[int, int]:
-        """Lowest and highest level of the blocks."""
-        return int(np.floor(self.level.min())), int(np.ceil(self.level.max()))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RawEvidence:
+class RawEvidence(AbstractEvidence):
     """What is kept of shots that were stored twice."""
+
+    kind: ClassVar[str] = "raw"
 
     blocks: dict[str, RawBlocks]
     """Of each channel, by its name."""
@@ -73,6 +49,15 @@ class RawEvidence:
     """Of the JPEGs."""
     sources: tuple[FrameSource, ...]
     """Of each shot the JPEG and the raw file."""
+
+    @property
+    @override
+    def channels(self) -> tuple[str, ...]:
+        return tuple(self.blocks)
+
+    @override
+    def channel(self, name: str) -> RawPairs:
+        return RawPairs(self.blocks[name])
 
 
 def raw_evidence(

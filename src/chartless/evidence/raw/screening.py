@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from chartless.errors import UnfitFramesError
-from chartless.evidence.noise.screening import GOOD_COVERAGE, LEAST_COVERAGE, MANY_CLIPPED
+from chartless.evidence._limits import GOOD_COVERAGE, LEAST_COVERAGE, MANY_CLIPPED
 from chartless.evidence.raw.gather import RawEvidence
 from chartless.flags import Flag
 

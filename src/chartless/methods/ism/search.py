@@ -12,14 +12,11 @@ from chartless._numeric.optimize import Minimum, nelder_mead
 from chartless.curves import ModelCurve
 from chartless.curves.whitening import whitening
 from chartless.errors import ParameterError, UnknownNameError
+from chartless.evidence._base import ChannelEvidence
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
-from chartless.methods._base import (
-    CALIBRATORS,
-    AbstractCalibrator,
-    ChannelEvidence,
-    ChannelProgress,
-)
+from chartless.methods._base import CALIBRATORS, AbstractChannelCalibrator, ChannelProgress
 from chartless.methods.ism.objectives import OBJECTIVES, BinnedPairs, half_levels
 from chartless.models import AbstractModel, AmeegcExact
 from chartless.noise import AffineNoise
@@ -51,7 +48,7 @@ class FoundCurve:
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SimilaritySearch(AbstractCalibrator):
+class SimilaritySearch(AbstractChannelCalibrator):
     """Maximise image similarity by rounds of Nelder–Mead on noise and curve in turn.
 
     Rounds, iterations and start are those of the source paper. The size of the first
@@ -122,7 +119,7 @@ class SimilaritySearch(AbstractCalibrator):
 
     @override
     def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
-        table = evidence.table
+        table = evidence[LevelPairs].table
         found = self.search(table, progress=progress)
         curve = ModelCurve(self.model.name, tuple(map(float, found.parameters)))
         response = Response(

@@ -1,4 +1,4 @@
-"""The curve that leads from the light of raw files to the levels of their JPEGs.
+"""The levels of JPEGs given the light of their raw files, as a term of the posterior.
 
 A block of pixels with the light x = (R, G, B) in the raw file, at the distance r from the middle of
 the picture, has the irradiance
@@ -10,20 +10,25 @@ rest of its row of the camera's matrix (of sum 1: greys stay grey), p what is wr
 of the raw file, a the gain of the shot, q the falloff of the lens that the camera made up for. All
 are found together with the curve. It is a regression on the level, not on g(level): the light of a
 block is sure to a thousandth, its level is not.
+
+Squares count less and less beyond three deviations. The scatter, which these deviations contain, is
+measured again after each look.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag, cho_factor, cho_solve, inv
+from scipy.linalg import block_diag, inv
+from typing_extensions import override
 
-from chartless.curves.space import AbstractCurveSpace, in_coordinates
-from chartless.errors import ParameterError
-from chartless.evidence.raw.gather import RawBlocks
+from chartless.evidence.raw.blocks import RawBlocks
+from chartless.inference.block import Block, Values, curve_name
+from chartless.inference.term import AbstractFit, AbstractTerm, Expansion
 from chartless.types import Floats
 
 BLOCKS_OF_LEVEL = 3.0
@@ -37,98 +42,105 @@ _LEAST_SCATTER, _FAR, _REACH = 0.005, 3.0, 3.0
 _MEDIAN_SQUARE = 0.4549  # of a standard normal number
 _LEAST_LIGHT = 0.05  # of b·x: a matrix may make a colour black
 _LEAST_WIDTH = 1e-9
-_MOST_STEPS, _MOST_HALVINGS, _SETTLED = 100, 15, 0.03
-_LONGEST = 3.0  # step of any unknown
+_MOST_LOOKS, _SETTLED = 12, 0.003  # change of ln of the scatter from look to look
 
 
+def raw_name(channel: str) -> str:
+    """Name of what stands between raw files and irradiance in a channel, among blocks."""
+    return f"raw/{channel}"
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
-class RawFit:
-    """A curve, and what else stands between light and level."""
+class RawTerm(AbstractTerm):
+    """Levels of blocks in one channel, given their light."""
 
-    coordinates: Floats
-    """Of the curve, in its space, shape (P,)."""
-    covariance: Floats
-    """Of the coordinates, shape (P, P)."""
-    matrix: Floats
-    """Weights of red, green and blue, shape (3,), of sum 1."""
-    log_gains: Floats
-    """a of each shot, shape (S,)."""
-    falloff: Floats
-    """q₁ and q₂."""
-    scatter: float
+    model: "RawModel"
+    channel: str
+    scatter: float = math.inf
     """Relative deviation of the irradiance of grey blocks from what the curve makes of them."""
-    settled: bool
-    """Whether the search came to its end."""
+    variance: Floats | None = None
+    """Of the level of each block, shape (N,), by the last look; None before any."""
+    share: Floats | None = None
+    """Weight of each block, likewise."""
+    inner: bool = False
+    """Whether blocks that should be close to black or white are left out."""
+    looks: int = 0
 
+    @property
+    @override
+    def curves(self) -> tuple[str, ...]:
+        return (curve_name(self.channel),)
 
-def raw_fit(blocks: RawBlocks, space: AbstractCurveSpace) -> RawFit:
-    """Most probable curve, by robust least squares with a prior.
+    @property
+    @override
+    def blocks(self) -> tuple[Block, ...]:
+        precision = self.model.own_precision
+        return (Block(raw_name(self.channel), np.zeros(len(precision)), precision),)
 
-    Squares count less and less beyond three deviations; the scatter, which these deviations
-    contain, is measured at each step.
+    @override
+    def fit(self, edges: Mapping[str, Floats], values: Values) -> "RawFit":
+        assert self.variance is not None
+        assert self.share is not None
+        shown = self._shown(edges, values)
+        return RawFit(self.model, shown, self.variance, self.share)
 
-    Parameters
-    ----------
-    blocks : RawBlocks
-        At least one.
-    space : AbstractCurveSpace
-        Of `blocks.n_levels` levels.
-    """
-    model = _Model(blocks)
-    n_curve = space.mean.size
-    mean = np.concatenate([space.mean, np.zeros(model.n_own)])
-    precision = block_diag(space.precision, model.own_precision)
+    @override
+    def first_look(self, edges: Mapping[str, Floats], values: Values) -> "RawTerm":
+        shown = self._shown(edges, values)
+        scatter = self.model.scatter(shown)
+        variance = self.model.variance(shown, scatter)
+        return replace(self, scatter=scatter, variance=variance, share=self.model.share)
 
-    def shown(x: Floats) -> _Shown:
-        return model.shown(space.edges(x[:n_curve]), x[n_curve:])
-
-    def cost(variance: Floats, share: Floats, x: Floats) -> float:
-        try:
-            squares = model.cost(shown(x), variance, share)
-        except ParameterError:  # no member of the family
-            return math.inf
-        return squares + 0.5 * float((x - mean) @ precision @ (x - mean))
-
-    x = np.concatenate([space.mean, model.start(space.edges(space.mean))])
-    scatter, share, first_look = math.inf, model.share, True
-    for _ in range(_MOST_STEPS):
-        now = shown(x)
+    @override
+    def informed(self, edges: Mapping[str, Floats], values: Values) -> "RawTerm":
+        shown = self._shown(edges, values)
         # Only down, or weights and scatter could go round in circles.
-        scatter = min(scatter, model.scatter(now))
-        variance = model.variance(now, scatter)
-        by_edges, by_own, information = model.normal(now, variance, share)
-        pull = space.pull(x[:n_curve])
-        gradient = np.concatenate([pull(by_edges), by_own]) + precision @ (x - mean)
-        information = in_coordinates(information, by_edges.size, pull) + precision
-        step = cho_solve(cho_factor(information, lower=True), gradient)
-        settled = float(gradient @ step) < _SETTLED
-        step *= min(1.0, _LONGEST / float(np.abs(step).max()))
-        nearer = _downhill(partial(cost, variance, share), x, step)
-        if nearer is not None:
-            x = nearer
-        if settled or nearer is None:
-            if not first_look:
-                break
-            share, first_look = model.inner_share(shown(x), variance), False
-    return RawFit(
-        coordinates=x[:n_curve],
-        covariance=inv(information)[:n_curve, :n_curve],
-        matrix=model.matrix(x[n_curve:]),
-        log_gains=x[n_curve:][model.gains],
-        falloff=x[n_curve:][model.falloff],
-        scatter=scatter,
-        settled=settled,
-    )
+        scatter = min(self.scatter, self.model.scatter(shown))
+        settled = math.log(self.scatter / scatter) < _SETTLED
+        if self.looks == _MOST_LOOKS or (settled and self.inner):
+            return self
+        variance = self.model.variance(shown, scatter)
+        share = self.share
+        if settled:
+            share = self.model.inner_share(shown, variance)
+        elif share is None:
+            share = self.model.share
+        return replace(
+            self,
+            scatter=scatter,
+            variance=variance,
+            share=share,
+            inner=settled or self.inner,
+            looks=self.looks + 1,
+        )
+
+    def _shown(self, edges: Mapping[str, Floats], values: Values) -> "_Shown":
+        return self.model.shown(edges[curve_name(self.channel)], values[raw_name(self.channel)])
 
 
-def _downhill(cost: Callable[[Floats], float], x: Floats, step: Floats) -> Floats | None:
-    """Where the step, or the longest of its halves, costs no more; None if none does."""
-    most = cost(x)
-    for _ in range(_MOST_HALVINGS):
-        if cost(x - step) <= most:
-            return x - step
-        step = step / 2
-    return None
+@final
+@dataclass(frozen=True, eq=False)
+class RawFit(AbstractFit):
+    """Blocks as a state shows them."""
+
+    model: "RawModel"
+    shown: "_Shown"
+    variance: Floats
+    share: Floats
+
+    @cached_property
+    def _cost(self) -> float:
+        return self.model.cost(self.shown, self.variance, self.share)
+
+    @override
+    def log_likelihood(self) -> float:
+        return -self._cost
+
+    @override
+    def expand(self) -> Expansion:
+        gradient, information = self.model.normal(self.shown, self.variance, self.share)
+        return Expansion(-self._cost, -gradient, information)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,7 +165,7 @@ class _Shown:
         return self.irradiance / self.width
 
 
-class _Model:
+class RawModel:
     """Blocks of one channel, ready for many looks at them."""
 
     def __init__(self, blocks: RawBlocks) -> None:
@@ -189,10 +201,12 @@ class _Model:
         return own
 
     def matrix(self, own: Floats) -> Floats:
+        """Weights of red, green and blue of the raw file in the channel, shape (3,), of sum 1."""
         red, blue = own[self._matrix]
         return np.asarray(self._blocks.base + np.array([red, -red - blue, blue]))
 
     def shown(self, edges: Floats, own: Floats) -> _Shown:
+        """Blocks as a curve and own unknowns would show them."""
         light = self._base + self._apart @ own[self._matrix] + own[self._pedestal]
         seen = light > _LEAST_LIGHT * self._base
         light = np.where(seen, light, _LEAST_LIGHT * self._base)
@@ -236,8 +250,8 @@ class _Model:
         squares = now.residual**2 / (_FAR**2 * variance)
         return 0.5 * _FAR**2 * float(share @ np.log1p(squares))
 
-    def normal(self, now: _Shown, variance: Floats, share: Floats) -> tuple[Floats, Floats, Floats]:
-        """Gradient of the cost in edges and in own unknowns, and information on both."""
+    def normal(self, now: _Shown, variance: Floats, share: Floats) -> tuple[Floats, Floats]:
+        """Gradient of the cost in edges and own unknowns, and information on both."""
         from scipy.sparse import csr_array
 
         n = now.residual.size
@@ -249,13 +263,13 @@ class _Model:
         shape = n, self._n_inner + self.n_own
         changes = csr_array((entries / np.tile(now.width, 3), places), shape=shape)
         others = -now.by_rest / now.width[:, np.newaxis]
-        heard = csr_array(changes.T * weight)
-        cross = heard @ others
+        weighted = csr_array(changes.T * weight)
+        cross = weighted @ others
         rest = slice(self._n_inner + self._matrix.start, None)
-        information = (heard @ changes).toarray()
+        information = (weighted @ changes).toarray()
         information[:, rest] += cross
         information[rest] += cross.T
         information[rest, rest] += others.T @ (others * weight[:, np.newaxis])
-        gradient = heard @ now.residual
+        gradient = weighted @ now.residual
         gradient[rest] += others.T @ (weight * now.residual)
-        return gradient[: self._n_inner], gradient[self._n_inner :], information
+        return gradient, information

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from chartless.inference.information import pair_bound
+from chartless.evidence.noise.bound import pair_bound
 from chartless.models import MODELS, AbstractModel
 from chartless.noise import AffineNoise
 from chartless.types import Floats

@@ -1,0 +1,180 @@
+"""What a search means for a bracket: exposures, scatter, flags, and bands that hold."""
+
+import numpy as np
+
+from chartless.evidence._base import Judgement
+from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
+from chartless.evidence.bracket.likelihood import ExposureCounts
+from chartless.evidence.bracket.term import EXPOSURES, scatter_name
+from chartless.evidence.bracket.transfer import brightness_transfer
+from chartless.flags import Flag
+from chartless.inference.channel_mode import ChannelMode
+from chartless.inference.estimate import CurveEstimate
+from chartless.inference.posterior import covariance_of
+from chartless.noise import AffineNoise
+from chartless.types import Floats
+
+# Deviation of ln γ above which the power of a curve is an open question; deviations of exposures
+# from what they are said to be; relative scatter above which they do not belong together.
+_UNSURE_EXPONENT, _FAR_OFF, _MUCH_SCATTER = 0.05, 3.0, 0.15
+# Deviation of ln γ that repeats cannot undercut: by how the noise between exposures and the
+# shoulder are taken, γ moved by 0.01 to 0.05, on photographs and on scenes whose density is the
+# inverse of light.
+_EXPONENT_LIMIT = 0.03
+# And that of lossless exposures that are nearly known: what 0.0045 lacked to hold 0.0053 in 32
+# cases of benchmarks/files.py, PNG, exposures off by 2 %.
+_EXPONENT_LOSSLESS = 0.003
+# And where nothing but the prior tells γ (benchmarks/files.py, row unknown).
+_EXPONENT_BY_PRIOR = 0.3
+# Of ln t, against those given, so small that rounded shutters stay below; and as a share of the
+# extent of ln t, where lossy files are 3 % off though exposures are right.
+_OTHER_EXPOSURES, _OTHER_BY_LOSSY = 0.05, 0.1
+# Deviation of the light above the highest level that shows, as a share of what the prior expects
+# there: of digital cameras it is up to two and a half times that, and of lossy files the highest
+# levels hold least of what is bright (benchmarks/files.py, PNG and JPEG).
+_UNSEEN, _UNSEEN_LOSSY = 0.5, 1.5
+# Levels of lossy files err together, not pixel by pixel, and so do those that are matched by rank.
+# Deviation of their shape, as a multiple of what independent pixels would leave; beyond it, in
+# levels and as a share of the noise. Chosen on sixteen cases of benchmarks/files.py, JPEG at three
+# noise levels, checked on sixteen others.
+_TOGETHER_TIMES, _TOGETHER_LEVELS, _TOGETHER_NOISE = 2.0, 1.0, 0.2
+# Where blocks that hold white are left out, noise chooses what is compared beside white: relative
+# deviations of the shape and of the light at white, in those of the noise at white. Of eighteen
+# other brackets, grey JPEG of quality 92 by soft curves, they hold what was off by five.
+_CHOSEN_SHAPE, _CHOSEN_WHITE = 1.5, 3.0
+
+
+def judged(
+    estimate: CurveEstimate,
+    found: ChannelMode,
+    counts: ExposureCounts,
+    *,
+    exponent_error: float,
+    noted: tuple[Flag, ...],
+    alone: bool,
+) -> Judgement:
+    """Judge a search.
+
+    Parameters
+    ----------
+    estimate : CurveEstimate
+    found : ChannelMode
+    counts : ExposureCounts
+        As the search used them.
+    exponent_error : float
+        Deviation of ln γ by exposures that a first search settled.
+    noted : tuple of Flag
+        What that search said of the exposures.
+    alone : bool
+        Whether nothing else tells f from f^γ.
+    """
+    log_exposures, error = exposures_found(counts, found)
+    least = least_exponent_error(counts, noise_known=False) if alone else 0.0
+    error = float(np.hypot(np.hypot(error, least), exponent_error))
+    scatter = float(np.exp(found.mode.values[scatter_name(found.channel)][0]))
+    relative = np.exp(log_exposures - log_exposures.min())
+    flags = (*noted, *((Flag.SCATTER,) if scatter > _MUCH_SCATTER else ()))
+    if not (counts.settled or noted):
+        flags = (*flags, *flags_of_exposures(counts, found, noise_known=not alone))
+    estimate = estimate.with_exponent_error(least)
+    white_error = float(np.hypot(counts.white_error, _unseen_error(counts, estimate)))
+    estimate = estimate.with_white_error(white_error)
+    noise = found.noise
+    for holds in (counts.lossy, not counts.aligned):
+        if holds:
+            estimate = estimate.with_level_errors(_errors_together(estimate, noise))
+    if counts.lossy and counts.aligned:
+        estimate = _with_noise_beside_white(estimate, noise)
+    exposures = ExposureEstimate(
+        tuple(relative.tolist()), error, scatter, _transfers(counts, log_exposures)
+    )
+    return Judgement(estimate, flags, {"exposures": exposures})
+
+
+def flags_of_exposures(
+    counts: ExposureCounts, found: ChannelMode, *, noise_known: bool
+) -> tuple[Flag, ...]:
+    """Doubts about exposures that were found.
+
+    Parameters
+    ----------
+    counts : ExposureCounts
+    found : ChannelMode
+    noise_known : bool
+        Whether something else tells f from f^γ, such as the noise of repeats.
+    """
+    log_exposures, error = exposures_found(counts, found)
+    error = float(np.hypot(error, least_exponent_error(counts, noise_known=noise_known)))
+    unknown = counts.unknown and not noise_known
+    doubts = (
+        (Flag.EXPONENT_UNKNOWN, unknown or error > _UNSURE_EXPONENT),
+        (Flag.EXPOSURES_OFF, _are_off(counts, log_exposures)),
+    )
+    return tuple(flag for flag, holds in doubts if holds)
+
+
+def least_exponent_error(counts: ExposureCounts, *, noise_known: bool) -> float:
+    """Deviation of ln γ that a bracket cannot undercut."""
+    if counts.unknown:
+        return _EXPONENT_LIMIT if noise_known else _EXPONENT_BY_PRIOR
+    if counts.settled:
+        return 0.0
+    return _EXPONENT_LIMIT if counts.lossy else _EXPONENT_LOSSLESS
+
+
+def exposures_found(counts: ExposureCounts, found: ChannelMode) -> tuple[Floats, float]:
+    """Ln of the exposures, and the deviation of the exponent."""
+    if counts.exposure_error == 0:
+        return counts.log_exposures, 0.0
+    ends = np.zeros(counts.log_exposures.size)
+    ends[counts.log_exposures.argmax()], ends[counts.log_exposures.argmin()] = 1.0, -1.0
+    log_exposures = counts.log_exposures + found.mode.values[EXPOSURES]
+    variance = float(ends @ covariance_of(found.mode, found.mode.places[EXPOSURES]) @ ends)
+    return log_exposures, float(np.sqrt(variance)) / float(log_exposures @ ends)
+
+
+def _errors_together(estimate: CurveEstimate, noise: AffineNoise) -> Floats:
+    """Deviation of g at the levels beyond that by independent pixels, shape (L,)."""
+    light = estimate.inverse_lut
+    shape = estimate.std if estimate.shape_std is None else estimate.shape_std
+    variance = (
+        (_TOGETHER_TIMES**2 - 1) * shape**2
+        + (_TOGETHER_LEVELS * np.gradient(light)) ** 2
+        + _TOGETHER_NOISE**2 * noise.variance(light)
+    )
+    variance[[0, -1]] = 0.0  # black and white are what they are by definition
+    return np.asarray(np.sqrt(variance))
+
+
+def _with_noise_beside_white(estimate: CurveEstimate, noise: AffineNoise) -> CurveEstimate:
+    """Estimate whose bands hold what noise does where lossy blocks with white are left out."""
+    at_white = float(np.sqrt(noise.variance(np.array(1.0))))
+    below_white = np.append(estimate.inverse_lut[:-1], 0.0)
+    wider = estimate.with_level_errors(_CHOSEN_SHAPE * at_white * below_white)
+    return wider.with_white_error(_CHOSEN_WHITE * at_white)
+
+
+def _unseen_error(counts: ExposureCounts, estimate: CurveEstimate) -> float:
+    """Relative deviation of the light at white by what no level shows of it."""
+    highest = min(counts.observed_levels[1], counts.n_levels - 2 - counts.margin)
+    share = 1.0 - float(estimate.inverse_lut[highest])
+    return (_UNSEEN_LOSSY if counts.lossy else _UNSEEN) * share
+
+
+def _are_off(counts: ExposureCounts, found: Floats) -> bool:
+    """Whether ln of the exposures found is not what was given."""
+    off = float(np.ptp(found - counts.log_exposures))
+    most = 2 * _FAR_OFF * counts.exposure_error
+    if counts.lossy:
+        return off > max(most, _OTHER_BY_LOSSY * float(np.ptp(counts.log_exposures)))
+    return off > (most if counts.unknown else min(most, _OTHER_EXPOSURES))
+
+
+def _transfers(counts: ExposureCounts, log_exposures: Floats) -> tuple[SeenTransfer, ...]:
+    """What the pictures show of the curve before any model, rounded for the file."""
+    found = []
+    for table in counts.forward:
+        upper, lower = brightness_transfer(table.counts)
+        ratio = float(np.exp(log_exposures[table.longer] - log_exposures[table.shorter]))
+        found.append(SeenTransfer(ratio, tuple(upper.tolist()), tuple(lower.round(2).tolist())))
+    return tuple(found)

@@ -1,0 +1,161 @@
+"""Noise: frames of one still scene and one exposure."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial, reduce
+from pathlib import Path
+from typing import ClassVar, final
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.errors import ParameterError
+from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
+from chartless.evidence.noise.channel import LevelPairs
+from chartless.evidence.noise.gather import NoiseEvidence, dark_histograms, joined, noise_evidence
+from chartless.evidence.noise.screening import screen
+from chartless.evidence.noise.still import ENOUGH, still_evidence
+from chartless.evidence.reader import Item, Reader, digest_of, is_video
+from chartless.flags import Flag
+
+_READING = "reading frames"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoiseOptions:
+    """What users may choose.
+
+    Parameters
+    ----------
+    dark : sequence of paths or of ndarray
+        Frames of the same camera with the same settings and the lens covered. They determine the
+        noise at black and the curve there, of use where the scene has no dark parts.
+    """
+
+    dark: Sequence[Item] = ()
+
+
+@final
+class Noise(AbstractKind[NoiseOptions, NoiseEvidence]):
+    """The noise of frames, compared with each other one after the other."""
+
+    name: ClassVar[str] = "noise"
+    title: ClassVar[str] = "noise of repeated frames"
+    counted: ClassVar[type[LevelPairs]] = LevelPairs
+    options = NoiseOptions
+    uses: ClassVar[frozenset[str]] = frozenset({"times", "jobs", "scheduler"})
+
+    @override
+    def proposed(self, inputs: Inputs, options: NoiseOptions) -> Proposal | Declined:
+        everything = (tuple(range(len(inputs.items))),)
+        if not inputs.items:
+            reason = "noise needs two or more frames of one still scene, none was given"
+            return Declined(self.name, reason, "photograph it again with the same settings")
+        if inputs.asked and "bracket" not in inputs.asked and self.name in inputs.asked:
+            if inputs.times_given:
+                msg = "noise is that of frames of one exposure: omit `times` or `evidence='noise'`"
+                raise ParameterError(msg)
+            return Proposal(self.name, "noise, as asked for", everything)
+        exposures = inputs.exposures
+        if exposures is None:
+            reason = "noise (the files record no exposure settings)"
+            return Proposal(self.name, reason, everything, sure=False)
+        if len(exposures.groups) == 1:
+            reason = f"noise (all frames have one exposure by {exposures.source})"
+            return Proposal(self.name, reason, everything, sure=False)
+        repeated = exposures.repeated
+        if not repeated:
+            reason = "no exposure is repeated, so there is no noise to measure"
+            return Declined(self.name, reason, "repeat one, or use `evidence='bracket'`")
+        sentence = f"noise of {len(repeated)} of them, which are repeated"
+        return Proposal(self.name, sentence, repeated, sure="bracket" in inputs.others)
+
+    @override
+    def gathered(
+        self, inputs: Inputs, proposal: Proposal, options: NoiseOptions, reader: Reader
+    ) -> NoiseEvidence:
+        parts = [_noise(inputs.items, group, reader) for group in proposal.groups]
+        evidence = reduce(partial(joined, continued=False), parts)
+        if not options.dark:
+            return evidence
+        histograms = dark_histograms(
+            reader.still_frames(options.dark, ENOUGH),
+            evidence.channels,
+            reader.channels,
+            evidence.n_levels,
+        )
+        return replace(evidence, dark=histograms)
+
+    @override
+    def screened(self, evidence: NoiseEvidence, *, alone: bool) -> Mapping[str, tuple[Flag, ...]]:
+        lossy = any(source.lossy for source in evidence.sources)
+        flags = screen(evidence.tables, evidence.checks, covering=alone, lossy=lossy)
+        if alone:
+            return flags
+        # Levels that repeats do not cover are covered by other evidence.
+        return {
+            name: tuple(flag for flag in own if flag is not Flag.LEVELS_UNSEEN)
+            for name, own in flags.items()
+        }
+
+    @override
+    def remarks(self, evidence: NoiseEvidence, *, alone: bool) -> list[str]:
+        """Remark that sensors are not what is taken for usual in noise."""
+        files = [source.path for source in evidence.sources if source.path.suffix]
+        if not alone or not files:  # arrays have no suffix
+            return []
+        from chartless.images import is_raw
+
+        if not any(map(is_raw, files)):
+            return []
+        text = (
+            "noise tells to about 0.02 whether raw files are linear: exposures of one scene tell "
+            "it to 0.003"
+        )
+        return [text]
+
+
+def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> NoiseEvidence:
+    """Count the level pairs of files and arrays, in this process or in several."""
+    items = [given[place] for place in places]
+    several = reader.jobs > 1 or reader.scheduler is not None
+    if is_video(items[0]):
+        path = Path(items[0])
+        if several:
+            msg = f"{path} is a video, which one process reads: omit `jobs` and `scheduler`"
+            raise ParameterError(msg)
+        with reader.video(path) as video:
+            return still_evidence(
+                video,
+                n_levels=reader.n_levels,
+                sha256=digest_of(path),
+                on_frame=reader.counting(_READING, ENOUGH),
+                channels=reader.channels,
+                mask=reader.mask,
+            )
+    n_levels = reader.n_levels or 256
+    if not several:
+        on_frame = reader.counting(_READING, len(items))
+        frames = reader.frames(items, [place + 1 for place in places])
+        return noise_evidence(
+            frames,
+            n_levels=n_levels,
+            on_frame=on_frame,
+            channels=reader.channels,
+            mask=reader.mask,
+        )
+    paths = [item for item in items if not isinstance(item, np.ndarray)]
+    if len(paths) < len(items):
+        msg = "only files are read by several processes: leave jobs at 1 for arrays"
+        raise ParameterError(msg)
+    from chartless.evidence.noise.accumulate import noise_evidence_of_files
+
+    return noise_evidence_of_files(
+        paths,
+        n_levels=n_levels,
+        jobs=reader.jobs,
+        scheduler=reader.scheduler,
+        on_chunk=lambda done, total: reader.tell(_READING, done / total),
+        channels=reader.channels,
+        mask=reader.mask,
+    )

@@ -1,0 +1,111 @@
+"""Raw files beside the pictures that the camera made of the same shots."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, final
+
+import numpy as np
+from typing_extensions import override
+
+from chartless.errors import ParameterError, UnfitFramesError
+from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
+from chartless.evidence.raw.channel import RawPairs
+from chartless.evidence.raw.gather import RawEvidence, raw_evidence
+from chartless.evidence.raw.screening import screen_raw
+from chartless.evidence.reader import Item, Reader
+from chartless.flags import Flag
+from chartless.frames.frame import Frame, RawPicture
+
+_MOST_LEVELS = 256
+
+
+@dataclass(frozen=True, slots=True)
+class RawOptions:
+    """What users may choose.
+
+    Parameters
+    ----------
+    raw : sequence of paths
+        The raw file of each frame, of the same name but for the folder and the suffix.
+    """
+
+    raw: Sequence[str | os.PathLike[str]] = ()
+
+
+@final
+class Raw(AbstractKind[RawOptions, RawEvidence]):
+    """Levels of pictures, compared with the light of their raw files."""
+
+    name: ClassVar[str] = "raw"
+    title: ClassVar[str] = "raw files beside their pictures"
+    counted: ClassVar[type[RawPairs]] = RawPairs
+    options = RawOptions
+
+    @override
+    def proposed(self, inputs: Inputs, options: RawOptions) -> Proposal | Declined:
+        if not options.raw:
+            reason = "no raw files were given"
+            return Declined(self.name, reason, "give those of the pictures as `raw`")
+        n_shots = len(_paired(inputs.items, options.raw))
+        sentence = "a raw file beside its picture"
+        if n_shots > 1:
+            sentence = f"{n_shots} raw files beside their pictures"
+        return Proposal(self.name, sentence, (tuple(range(n_shots)),))
+
+    @override
+    def gathered(
+        self, inputs: Inputs, proposal: Proposal, options: RawOptions, reader: Reader
+    ) -> RawEvidence:
+        pairs = _paired(inputs.items, options.raw)
+        on_shot = reader.counting("reading raw files", len(pairs))
+
+        def shots() -> Iterator[tuple[RawPicture, Frame]]:
+            for picture, original in pairs:
+                yield reader.raw_picture(original), reader.picture(picture)
+                on_shot(picture)
+
+        n_levels = reader.n_levels or _MOST_LEVELS
+        return raw_evidence(
+            shots(),
+            channels=reader.channels,
+            n_levels=min(n_levels, _MOST_LEVELS),
+            mask=reader.mask,
+        )
+
+    @override
+    def screened(self, evidence: RawEvidence, *, alone: bool) -> Mapping[str, tuple[Flag, ...]]:
+        return screen_raw(evidence)
+
+
+def _paired(
+    items: Sequence[Item], raw: Sequence[str | os.PathLike[str]]
+) -> list[tuple[Path, Path]]:
+    """Pictures with their raw files, by name; a single one of each belong together anyway."""
+    paths = [Path(item) for item in items if not isinstance(item, np.ndarray)]
+    if len(paths) < len(items) or any(isinstance(each, np.ndarray) for each in raw):
+        msg = "pictures and raw files are matched by their names: give files, not arrays"
+        raise ParameterError(msg)
+    if len(paths) == len(raw) == 1:
+        return [(paths[0], Path(raw[0]))]
+    pictures, originals = _by_name(paths), _by_name([Path(each) for each in raw])
+    for name, path in originals.items():
+        if name not in pictures:
+            msg = f"{path}: no picture has its name: give its JPEG, such as {path.stem}.JPG"
+            raise UnfitFramesError(msg)
+    for name, path in pictures.items():
+        if name not in originals:
+            msg = f"{path}: no raw file has its name: give it as `raw`, or omit the picture"
+            raise UnfitFramesError(msg)
+    return [(path, originals[name]) for name, path in pictures.items()]
+
+
+def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
+    named: dict[str, Path] = {}
+    for path in paths:
+        first = named.setdefault(path.stem.lower(), path)
+        if first is not path:
+            msg = f"{first} and {path} have one name, by which raw files are matched: rename one"
+            raise UnfitFramesError(msg)
+    return named

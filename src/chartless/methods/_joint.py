@@ -1,0 +1,126 @@
+"""One search for the curves of all channels, given everything that tells them.
+
+Terms that share unknowns, such as the exposures of a bracket, are searched together, the others by
+themselves. It knows no kind of evidence.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+
+from chartless._numeric.threads import in_order
+from chartless.curves.prior import CurvePrior
+from chartless.curves.space import AbstractCurveSpace
+from chartless.evidence._base import AbstractCurveEvidence
+from chartless.inference.block import Values, curve_name
+from chartless.inference.channel_mode import ChannelMode
+from chartless.inference.search import Mode, connected, maximise
+from chartless.inference.term import AbstractTerm
+from chartless.types import Floats
+
+_FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
+_MOST_LOOKS = 20
+
+Parts: TypeAlias = Mapping[str, Sequence[AbstractCurveEvidence]]
+"""What tells the curve of each channel, by its name."""
+MoreTerms: TypeAlias = Callable[
+    [Mapping[str, Floats], Values], tuple[Sequence[AbstractTerm], Values]
+]
+"""Terms that need edges and values of a first look to begin, and where they begin."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """Where a search of all channels ended."""
+
+    space: AbstractCurveSpace
+    """Of each curve."""
+    found: Mapping[str, ChannelMode]
+    """By channel."""
+    terms: Mapping[str, tuple[AbstractTerm, ...]]
+    """Of the parts of each channel, in their order, as the search used them."""
+
+
+def searched(
+    parts: Parts, space: AbstractCurveSpace, prior: CurvePrior, more: MoreTerms | None = None
+) -> Searched:
+    """Most probable curves.
+
+    Parameters
+    ----------
+    parts : mapping from channels to sequences of AbstractCurveEvidence
+    space : AbstractCurveSpace
+        Of each curve.
+    prior : CurvePrior
+        For first guesses.
+    more : callable, optional
+        Adds level pairs of one exposure.
+    """
+    spaces = {curve_name(channel): space for channel in parts}
+    values = _begun(parts, space, prior)
+    edges: Mapping[str, Floats] = {name: space.edges(values[name]) for name in spaces}
+    owned = [
+        (channel, part.term(channel, noise_known=more is not None))
+        for channel, own in parts.items()
+        for part in own
+    ]
+    terms: list[AbstractTerm] = [term for _, term in owned]
+    looks = [term.first_look(edges, values) for term in terms]
+    modes = _modes(looks, spaces, values, tolerance=_FIRST_SETTLED)
+    values, edges = _state(modes)
+    terms = [term.informed(edges, values) for term in terms]
+    added: Sequence[AbstractTerm] = ()
+    if more is not None:
+        added, begun = more(edges, values)
+        values = {**values, **begun}
+    for _ in range(_MOST_LOOKS):
+        modes = _modes([*terms, *added], spaces, values)
+        values, edges = _state(modes)
+        again = [term.informed(edges, values) for term in terms]
+        if all(one is other for one, other in zip(again, terms, strict=True)):
+            break
+        terms = again
+    of_curve = {name: mode for mode in modes for name in mode.edges}
+    used = list(zip((channel for channel, _ in owned), terms, strict=True))
+    return Searched(
+        space,
+        {channel: ChannelMode(of_curve[curve_name(channel)], channel) for channel in parts},
+        {channel: tuple(term for name, term in used if name == channel) for channel in parts},
+    )
+
+
+def _begun(parts: Parts, space: AbstractCurveSpace, prior: CurvePrior) -> Values:
+    """Where a first look begins: the best guess of each channel; of what they share, the mean."""
+    values: dict[str, Floats] = {}
+    shared: dict[str, list[Floats]] = {}
+    for channel, own in parts.items():
+        guesses = [guess for part in own if (guess := part.guess(prior)) is not None]
+        coordinates = space.nearest(guesses[0].edges) if guesses else space.mean
+        values[curve_name(channel)] = coordinates
+        edges = space.edges(coordinates)
+        for part in own:
+            values.update(part.start(channel, edges))
+        for guess in guesses:
+            for name, value in guess.values.items():
+                shared.setdefault(name, []).append(value)
+    return {**values, **{name: np.mean(told, axis=0) for name, told in shared.items()}}
+
+
+def _modes(
+    terms: Sequence[AbstractTerm],
+    spaces: Mapping[str, AbstractCurveSpace],
+    start: Values,
+    **how: float,
+) -> list[Mode]:
+    groups = connected(terms)
+    return list(in_order(partial(maximise, group, spaces, start, **how) for group in groups))
+
+
+def _state(modes: Sequence[Mode]) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Values and edges of all modes."""
+    values = {name: value for mode in modes for name, value in mode.values.items()}
+    edges = {name: each for mode in modes for name, each in mode.edges.items()}
+    return values, edges
