@@ -92,7 +92,7 @@ def raw_picture(case: Case, exposure: float, seed: int) -> RawPicture:
         saturated=np.asarray(np.any(cells >= 1, axis=(1, 3, 4))),
         cell=(2, 2),
         white_balance=np.ones(3),
-        error=np.full(3, 1e-4),
+        error=1e-4,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from PIL import Image
 from scipy.ndimage import gaussian_filter
 from slow_cases import slow_but
 from threadpoolctl import threadpool_info, threadpool_limits
@@ -187,6 +188,12 @@ def test_arrays_that_are_no_levels(bad: Levels, frames: list[Levels]) -> None:
         ({"rounds": 0}, ParameterError, "rounds"),
         ({"turns": 3}, ChartlessError, "turns"),
         ({"mask": np.ones((2, 2), bool)}, ParameterError, "the mask is 2 × 2"),
+        ({"jobs": 0}, ParameterError, "jobs must be a whole number, 1 or above, not 0"),
+        ({"jobs": "2"}, ParameterError, "jobs must be a whole number"),
+        ({"evidence": None}, ParameterError, "evidence must be auto or some of"),
+        ({"evidence": []}, ParameterError, "evidence must be auto or some of"),
+        ({"evidence": ["noise", 3]}, ParameterError, "not 3"),
+        ({"time_error": "a"}, ParameterError, "time_error must be a number"),
     ],
 )
 def test_settings_without_meaning(
@@ -439,3 +446,27 @@ def test_what_is_no_mask_or_raw_file_is_named(frames: list[Levels], paths: list[
         calibrate(frames, mask=[[True]])
     with pytest.raises(ParameterError, match="matched by their names: give files, not arrays"):
         calibrate(paths, raw=frames)
+
+
+def test_settings_of_a_calibrator_that_change_nothing_are_refused() -> None:
+    method = LikelihoodSearch(shared_noise=True)
+
+    with pytest.raises(ParameterError, match="where `shared_noise` would change nothing"):
+        calibrate(exposures_of([0.1, 0.4]), times=[1, 4], method=method)
+
+
+@pytest.mark.parametrize("ratio", [1.3, 1.5])
+def test_two_jpegs_of_nearly_one_exposure_leave_the_exponent_open(
+    tmp_path: Path, ratio: float
+) -> None:
+    """Lossy exposures stay as given, and what they err by is all of their extent."""
+    paths = []
+    for place, levels in enumerate(exposures_of([0.5, 0.5 * ratio])):
+        paths.append(tmp_path / f"{place}.jpg")
+        Image.fromarray(levels).save(paths[-1], quality=95)
+
+    response = calibrate(paths, times=[1, ratio], time_error=0.045).channel("Y")
+
+    assert response.exposures is not None
+    assert response.exposures.exponent_error > 0.1
+    assert chartless.Flag.EXPONENT_UNKNOWN in response.flags

@@ -159,6 +159,13 @@ class Flag(_Advice):
             "ways a response curve and sensor noise do not describe"
         ),
     )
+    DISAGREEMENT = (
+        "disagreement",
+        (
+            "kinds of evidence show different curves, so one of them is wrong: check `times`, keep "
+            "the scene still, or choose one kind with `evidence`"
+        ),
+    )
     NOT_MONOTONE = (
         "not-monotone",
         (

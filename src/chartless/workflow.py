@@ -15,9 +15,9 @@ from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
 from chartless.evidence._base import AbstractEvidence, by_channel
 from chartless.evidence._kind import Inputs
 from chartless.evidence.exposures import Times, exposures_of
-from chartless.evidence.kinds import KINDS
 from chartless.evidence.plan import Plan, asked_kinds, planned
 from chartless.evidence.reader import Item, Progress, Reader, is_video, settings_of
+from chartless.evidence.registry import KINDS
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource
 from chartless.frames.levels import require_levels
@@ -131,6 +131,9 @@ def calibrate(
         time_error=time_error,
         options=options,
     )
+    if not isinstance(jobs, int) or jobs < 1:
+        msg = f"jobs must be a whole number, 1 or above, not {jobs!r}"
+        raise ParameterError(msg)
     task.refuse_unused(
         times=times is not None,
         time_error=time_error is not None,
@@ -139,10 +142,10 @@ def calibrate(
     )
     if n_levels is None and not any(map(is_video, task.inputs.items)):
         n_levels = _LEVELS
-    together = len(task.plan.taken) > 1 and n_levels is not None
+    together = len(task.plan.taken) > 1
     reader = Reader(
         channels=channels,
-        n_levels=min(n_levels or 0, _MOST_TOGETHER) if together else n_levels,
+        n_levels=min(n_levels, _MOST_TOGETHER) if together and n_levels is not None else n_levels,
         mask=_read_mask(mask),
         jobs=jobs,
         scheduler=scheduler,
@@ -157,7 +160,8 @@ def calibrate(
             {name: each.parts for name, each in by_channel(read.evidence).items()},
             progress=None if progress is None else partial(progress, "estimating"),
         )
-    if n_levels is not None and responses[0].n_levels != n_levels:
+    kept = responses[0].table is not None  # level pairs are of the levels that were compared
+    if n_levels is not None and responses[0].n_levels != n_levels and not kept:
         responses = tuple(each.at_levels(n_levels) for each in responses)
     responses = tuple(each.with_flags(*read.flags[each.name]) for each in responses)
     return Calibration(
@@ -218,6 +222,7 @@ def plan(
         time_error=time_error,
         options=options,
     )
+    task.refuse_unused(times=times is not None, time_error=time_error is not None)
     return task.plan
 
 
@@ -312,7 +317,7 @@ class _Task:
         used = {each for kind in kinds.values() for each in kind.usual}
         of_kinds = {each for kind in KINDS.values() for each in kind.usual}
         idle = [name for name in self.given & of_kinds if name not in used]
-        idle += self.given & self.calibrator.idle_settings(self.plan.kinds)
+        idle += self.calibrator.idle(self.plan.kinds)
         uses = frozenset[str]().union(*(kind.uses for kind in kinds.values()))
         idle += [name for name, is_given in arguments.items() if is_given and name not in uses]
         if idle:

@@ -55,7 +55,7 @@ def test_one_frame_is_too_few(shoot: Shoot, refusal: Refusal) -> None:
 
     line = refusal("calibrate", only)
 
-    assert f"two or more frames of the same still scene, only {only} was given" in line
+    assert f"two or more frames of one still scene, only {only} was given" in line
 
 
 def test_the_same_file_twice(shoot: Shoot, refusal: Refusal) -> None:

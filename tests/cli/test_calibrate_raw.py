@@ -165,10 +165,10 @@ def test_without_rawpy_one_line_says_what_to_install(
     [
         (
             ("--method", "nlf"),
-            "nlf estimates from noise, and this is a raw file beside its",
+            "nlf estimates from noise, and noise needs two or more frames",
         ),
         (("--times", "1"), "this is a raw file beside its picture, where --times would change "),
-        (("--evidence", "noise"), "this is noise, as asked for, where --raw would change nothing"),
+        (("--evidence", "noise"), "noise needs two or more frames of one still scene, only "),
         (("--evidence", "raw,bracket"), "the files record no exposure settings: give --times"),
         (("--shared-noise",), "this is a raw file beside its picture, where --shared-noise would"),
     ],

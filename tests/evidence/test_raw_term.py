@@ -13,7 +13,8 @@ from chartless.curves.prior import measured_prior
 from chartless.curves.space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.evidence.raw.blocks import RawBlocks
 from chartless.evidence.raw.channel import RawPairs
-from chartless.evidence.raw.term import RawModel, RawTerm, raw_name
+from chartless.evidence.raw.likelihood import RawModel
+from chartless.evidence.raw.term import RawTerm, raw_name
 from chartless.inference.block import curve_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.posterior import at_levels, covariance_of, deviations_at_levels

@@ -21,9 +21,9 @@ from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curv
 from chartless.curves.prior import measured_prior
 from chartless.curves.space import free_curve_with_shoulder
 from chartless.errors import ParameterError
-from chartless.evidence.bracket.account import exposures_found
 from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.gather import bracket_evidence
+from chartless.evidence.bracket.judgement import exposures_found
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.evidence.bracket.term import EXPOSURES as EXPOSURES_BLOCK
 from chartless.evidence.noise.channel import LevelPairs
@@ -611,3 +611,15 @@ def test_grey_patches_of_real_cameras_are_predicted(
         )
     assert len(errors) == 27
     assert np.median(errors) < 0.0085
+
+
+# Families and exposures that err
+
+
+@pytest.mark.parametrize("error", [0.02, 0.1])
+def test_exposures_do_not_hide_what_a_family_misses(error: float) -> None:
+    """They are free to bend with the family: any curve has its own."""
+    given = found("srgb", model="gamma", error=error)
+
+    assert Flag.MISFIT in given.flags
+    assert covered(given, "srgb") > 0.9

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, named_curve
 from chartless.errors import ImageError, OutputError
 from chartless.evidence.noise.cooccurrence import noise_level_function
-from chartless.evidence.noise.findings import NoiseError
+from chartless.evidence.noise.estimates import NoiseError
 from chartless.flags import Pattern
 from chartless.methods.ism.objectives import expected_counts, half_levels
 from chartless.plotting import (

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, named_curve
-from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
-from chartless.evidence.noise.findings import NoiseError
+from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
+from chartless.evidence.noise.estimates import NoiseError
 from chartless.frames.frame import Frame
 from chartless.report import render
 from chartless.result.response import Status

@@ -15,8 +15,8 @@ from PIL import Image
 from slow_cases import slow_but
 
 from chartless import Calibration, load, named_curve, save
-from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
-from chartless.evidence.raw.findings import RawEstimate
+from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
+from chartless.evidence.raw.estimates import RawEstimate
 from chartless.flags import Flag, Pattern
 from chartless.formats import export_response, import_response
 from chartless.frames.frame import Frame

@@ -14,8 +14,8 @@ from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Respon
 from chartless.cli import main
 from chartless.curves import SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError, OutputError
-from chartless.evidence.bracket.findings import ExposureEstimate
-from chartless.evidence.raw.findings import RawEstimate
+from chartless.evidence.bracket.estimates import ExposureEstimate
+from chartless.evidence.raw.estimates import RawEstimate
 from chartless.flags import Flag, Pattern
 from chartless.result.file import to_json
 from chartless.result.response import SearchHistory, Status

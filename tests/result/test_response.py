@@ -5,7 +5,7 @@ import pytest
 
 from chartless.curves import named_curve
 from chartless.errors import ParameterError
-from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
+from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
 from chartless.flags import Flag
 from chartless.noise import AffineNoise
 from chartless.result.response import Response, Status, rmse

@@ -3,7 +3,7 @@
 import pytest
 
 from chartless import AffineNoise, Response, named_curve
-from chartless.evidence.noise.findings import NoiseError
+from chartless.evidence.noise.estimates import NoiseError
 from chartless.result.response import Status
 from chartless.result.summary import noise_text
 

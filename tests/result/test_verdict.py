@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chartless import AffineNoise, ModelCurve, Response
-from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
+from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
 from chartless.flags import Flag
 from chartless.result.response import Status
 from chartless.result.verdict import GOOD_BAND, GRAVE, WORST_BAND, WORST_DEVIANCE, Grade, verdict

@@ -53,7 +53,7 @@ def plan(
         chartless plan IMG_1.JPG IMG_2.JPG --raw IMG_1.CR2 --raw IMG_2.CR2
     """
     from chartless.errors import with_options
-    from chartless.evidence.kinds import KINDS
+    from chartless.evidence.registry import KINDS
     from chartless.frames.sequence import expanded
     from chartless.workflow import plan as plan_of
 

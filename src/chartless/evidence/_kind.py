@@ -1,7 +1,8 @@
 """What a folder of evidence registers: it proposes itself, gathers, and screens what it gathered.
 
-Everything else knows the registry `chartless.evidence.kinds.KINDS` and no kind. To add one takes a
-folder with a module ``kind`` and a line there.
+What plans and reads knows the registry `chartless.evidence.registry.KINDS` and no kind. To add one
+takes a folder with a module ``kind`` and a line there; so far, results and what shows them name
+kinds as well (docs/design/0012-house.md).
 """
 
 from abc import ABC, abstractmethod
@@ -31,8 +32,12 @@ class Inputs:
     """Whether they are the user's."""
     asked: frozenset[str] = frozenset()
     """Kinds that the user asked for by name; empty if those are to be taken that there are."""
-    others: frozenset[str] = frozenset()
-    """Kinds that were proposed before, in the order of the registry."""
+    others: tuple["Proposal", ...] = ()
+    """Proposals of the kinds that were asked before, in the order of the registry."""
+
+    def sure_of(self, kind: str) -> bool:
+        """Whether a kind that was asked before is sure of these frames."""
+        return any(each.kind == kind and each.sure for each in self.others)
 
 
 class Proposal(NamedTuple):
@@ -62,11 +67,6 @@ class Declined(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.reason}: {self.advice}"
-
-
-@dataclass(frozen=True, slots=True)
-class NoOptions:
-    """Options of a kind that has none."""
 
 
 O = TypeVar("O")  # noqa: E741 - options

@@ -187,7 +187,7 @@ def _require_known(time_error: float | None) -> None:
 def _checked_error(time_error: float | None) -> float | None:
     if time_error is None:
         return None
-    if not 0 <= time_error <= MOST_ERROR:
+    if not isinstance(time_error, int | float) or not 0 <= time_error <= MOST_ERROR:
         msg = (
             f"time_error must be a number, 0 or above, and at most {MOST_ERROR:g}, not "
             f"{time_error!r}: it is relative, 0.1 for 10 %"

@@ -10,7 +10,7 @@ from typing import Any
 
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence._kind import Declined, Inputs, Proposal
-from chartless.evidence.kinds import KINDS
+from chartless.evidence.registry import KINDS
 
 AUTO, BOTH = "auto", "both"
 """Instead of names of kinds: what there is; short for noise and bracket."""
@@ -44,17 +44,22 @@ def asked_kinds(evidence: str | Sequence[str]) -> frozenset[str]:
     ParameterError
         If there is no such kind.
     """
-    names = evidence.split(",") if isinstance(evidence, str) else list(evidence)
-    names = [name.strip() for name in names]
+    given = evidence.split(",") if isinstance(evidence, str) else evidence
+    listed = list(given) if isinstance(given, list | tuple | set | frozenset) else [given]
+    names = [name.strip() if isinstance(name, str) else name for name in listed]
     if names == [AUTO]:
         return frozenset()
-    names = ["noise", "bracket"] if names == [BOTH] else names
-    for name in names:
-        if name not in KINDS:
-            known = ", ".join(KINDS)
-            msg = f"evidence must be {AUTO} or some of {known}, such as 'raw,bracket', not {name!r}"
-            raise ParameterError(msg)
-    return frozenset(names)
+    wrong = [name for name in names if name not in (*KINDS, BOTH)]
+    if wrong or not names:
+        known = ", ".join(KINDS)
+        msg = (
+            f"evidence must be {AUTO} or some of {known}, such as 'raw,bracket', not "
+            f"{wrong[0] if wrong else evidence!r}"
+        )
+        raise ParameterError(msg)
+    named = {str(name) for name in names}
+    both = {"noise", "bracket"} if BOTH in named else set()
+    return frozenset((named | both) - {BOTH})
 
 
 def planned(
@@ -85,8 +90,7 @@ def planned(
     proposals: list[Proposal] = []
     declined: list[Declined] = []
     for name, kind in KINDS.items():
-        others = frozenset(each.kind for each in proposals)
-        found = kind.proposed(replace(inputs, others=others), options[name])
+        found = kind.proposed(replace(inputs, others=tuple(proposals)), options[name])
         if isinstance(found, Proposal):
             proposals.append(found)
         else:
@@ -103,7 +107,11 @@ def planned(
         if not kept or (inputs.asked and len(kept) < len(chosen)):
             raise ParameterError(_not_taken(chosen, declined, taken_by, method))
         chosen = kept
-    left = tuple(each for each in proposals if each not in chosen)
+    left = tuple(
+        each
+        for each in proposals
+        if each not in chosen and (taken_by is None or each.kind in taken_by)
+    )
     return Plan(tuple(chosen), left, tuple(declined))
 
 

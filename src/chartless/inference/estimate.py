@@ -1,5 +1,6 @@
 """An estimated curve with its bands, and how these widen by what a likelihood leaves out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,3 +90,23 @@ class CurveEstimate:
             white_std=None if white is None else factor * white,
             parameter_covariance=None if covariance is None else factor**2 * covariance,
         )
+
+
+def with_mean_bands(estimates: Sequence[CurveEstimate]) -> CurveEstimate:
+    """The same curve, its variances the means of those that several estimates of it have."""
+
+    def mean(values: Sequence[Floats | float | None]) -> Floats | None:
+        known = [value for value in values if value is not None]
+        if len(known) < len(values):
+            return None
+        return np.asarray(np.sqrt(np.mean(np.array(known) ** 2, axis=0)))
+
+    white = mean([each.white_std for each in estimates])
+    std = mean([each.std for each in estimates])
+    assert std is not None
+    return replace(
+        estimates[0],
+        std=std,
+        shape_std=mean([each.shape_std for each in estimates]),
+        white_std=None if white is None else float(white),
+    )

@@ -230,6 +230,8 @@ class _Unknowns:
         chosen = cho_factor(information[np.ix_(rest, rest)], lower=True)
         followed = with_rest.T @ cho_solve(chosen, with_rest)
         told = information[square] - self.prior_precision[square] - followed
+        values, vectors = np.linalg.eigh(told)
+        told = (vectors * np.maximum(values, 0.0)) @ vectors.T  # rounding
         root = np.sqrt(belief[doubted])
         precision = information.copy()
         prior = self.prior_precision[square] * np.outer(self._alone, self._alone)[square]

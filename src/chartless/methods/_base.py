@@ -54,7 +54,16 @@ class AbstractCalibrator(ABC):
         """Names of the kinds of evidence that the method reads."""
         return frozenset(each.kind for each in self.takes)
 
-    def idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
+    def idle(self, kinds: Collection[str]) -> list[str]:
+        """Settings that are not as usual, and change nothing where there are only these kinds."""
+        usual = type(self)()
+        return [
+            name
+            for name in sorted(self._idle_settings(kinds))
+            if getattr(self, name) != getattr(usual, name)
+        ]
+
+    def _idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
         """Names of settings that change nothing where there are only these kinds of evidence."""
         del kinds
         return frozenset()

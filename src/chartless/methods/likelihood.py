@@ -23,9 +23,9 @@ from chartless.evidence._base import (
     Judgement,
 )
 from chartless.evidence.bracket.channel import ExposurePairs
-from chartless.evidence.noise.account import judged_alone, judged_beside
 from chartless.evidence.noise.channel import LevelPairs, independent_share
-from chartless.evidence.noise.findings import NoiseError
+from chartless.evidence.noise.estimates import NoiseError
+from chartless.evidence.noise.judgement import judged_alone, judged_beside
 from chartless.evidence.noise.likelihood import PairCounts, with_scene
 from chartless.evidence.noise.outliers import Cleaned, without_outliers
 from chartless.evidence.noise.start import noise_given_curve, noise_level_start
@@ -41,7 +41,7 @@ from chartless.evidence.raw.channel import RawPairs
 from chartless.flags import Flag
 from chartless.inference.block import Values, curve_name
 from chartless.inference.channel_mode import ChannelMode
-from chartless.inference.estimate import CurveEstimate
+from chartless.inference.estimate import CurveEstimate, with_mean_bands
 from chartless.inference.noise_block import NoiseBlock, affine, noise_name
 from chartless.inference.posterior import Posterior, at_levels, at_mode, integrated
 from chartless.inference.ridge import RATIOS, at_ratio, belief, ridge
@@ -61,6 +61,9 @@ from chartless.types import Floats
 
 # Root mean square by which a family misses what any curve shows, from which it is a misfit.
 _WRONG = 0.02
+# Root mean square, in deviations of its band and beyond a level or so, by which the shape that one
+# kind of evidence shows is away from that of all, from which kinds disagree.
+_FAR_APART, _ALIKE = 3.0, 0.005
 _NO_PART = 10.0  # nats
 _SCENE_STEPS = 8  # of expectation maximisation, for a first scene
 
@@ -147,7 +150,7 @@ class LikelihoodSearch(AbstractCalibrator):
         return "likelihood"
 
     @override
-    def idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
+    def _idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
         if "noise" not in kinds:
             return frozenset({"noise_prior", "weight", "shared_noise"})
         return frozenset({"shared_noise"} if len(kinds) > 1 else ())
@@ -222,39 +225,42 @@ class LikelihoodSearch(AbstractCalibrator):
     # Anything else, with level pairs or without
 
     def _of_curves(self, channels: Sequence[ChannelEvidence]) -> tuple[Response, ...]:
-        parts, result = self._settled(channels)
-        aside = None
-        if any(len(parts[each.channel]) < len(each.of_curve) for each in channels):
-            aside = self._searched({each.channel: each.of_curve for each in channels})
-        any_curve = None
-        if self.model is not None:
-            any_curve = replace(self, model=None)._searched(parts)  # noqa: SLF001 - of this class
-        with_pairs = None
+        search = self._settled(channels)
+        any_curve = self._free if self.model is not None else None
+        free = search if any_curve is None else any_curve._settled(channels)  # noqa: SLF001 - own
+        aside = with_pairs = None
+        if any(len(search.parts[each.channel]) < len(each.of_curve) for each in channels):
+            aside = self._free._searched(_parts_of(channels))  # noqa: SLF001 - own
         if channels[0].get(LevelPairs) is not None:
-            with_pairs = self._searched(parts, self._pairs_of(channels))
+            with_pairs = self._searched(search.parts, self._pairs_of(channels))
         responses = []
         for each in channels:
-            found = result.found[each.channel]
-            told = _judged(each.channel, parts, result, any_curve)
+            channel = each.channel
+            told = search.judged(channel, None if free is search else free)
+            if len(search.parts[channel]) > 1:
+                told = _both(told, self._disagreement(search.parts, channel, told.estimate))
             if aside is not None:
-                told = _told_aside(each, parts[each.channel], told, aside)
-            noise, settled = _Noise.of(at_mode(found, result.space)), found.mode.settled
+                told = _told_aside(each, search.parts[channel], told, aside)
+            found = search.last.found[channel]
+            noise, settled = _Noise.of(at_mode(found, search.last.space)), search.settled(channel)
             if with_pairs is not None:
-                joint = with_pairs.found[each.channel]
+                joint = with_pairs.found[channel]
                 told = _both(told, _judged_pairs(each, told.estimate, joint))
-                noise = _Noise.of(at_mode(joint, result.space)).beside(told.estimate, joint)
+                noise = _Noise.of(at_mode(joint, search.last.space)).beside(told.estimate, joint)
                 settled = settled and joint.mode.settled
-            responses.append(self._response(each, told, noise, found.mode, settled=settled))
+            mode = search.first.found[channel].mode
+            responses.append(self._response(each, told, noise, mode, settled=settled))
         return tuple(responses)
 
-    def _settled(self, channels: Sequence[ChannelEvidence]) -> tuple[Parts, Searched]:
-        """What tells the curves, after a first search where exposures are not known; the last."""
-        parts: Parts = {each.channel: each.of_curve for each in channels}
+    def _settled(self, channels: Sequence[ChannelEvidence]) -> "_Search":
+        """Search the curves, after a first search where exposures are not known."""
+        parts = _parts_of(channels)
         exponent_known = any(part.tells_exponent for part in channels[0].of_curve)
         if exponent_known:
             parts = {name: _telling_exponent(own) for name, own in parts.items()}
         if all(part.is_settled for own in parts.values() for part in own):
-            return parts, self._searched(parts)
+            only = self._searched(parts)
+            return _Search(parts, only, only)
         noise_known = channels[0].get(LevelPairs) is not None and not exponent_known
         first = self._searched(parts, self._pairs_of(channels) if noise_known else None)
         settled = {
@@ -263,13 +269,35 @@ class LikelihoodSearch(AbstractCalibrator):
             )
             for channel, own in parts.items()
         }
-        if all(
-            one is other
-            for channel, own in parts.items()
-            for one, other in zip(own, settled[channel], strict=True)
-        ):
-            return parts, first
-        return settled, self._searched(settled)
+        return _Search(settled, first, self._searched(settled))
+
+    @property
+    def _free(self) -> "LikelihoodSearch":
+        """The same method for any curve."""
+        return replace(self, model=None)
+
+    def _disagreement(self, parts: Parts, channel: str, estimate: CurveEstimate) -> Judgement:
+        """Compare what single kinds of evidence show of any curve with what all show together.
+
+        A kind whose shape is further away than its own band allows is flagged, and the band holds
+        it: one of them is wrong, and which one nobody knows.
+        """
+        flags: tuple[Flag, ...] = ()
+        for part in parts[channel]:
+            alone = {channel: [part]}
+            shown = _judged(channel, alone, self._free._searched(alone), None)  # noqa: SLF001 - own
+            light = shown.estimate.inverse_lut
+            scale = float(light @ estimate.inverse_lut / (light @ light))
+            off = scale * light - estimate.inverse_lut
+            std = (
+                shown.estimate.std
+                if shown.estimate.shape_std is None
+                else (shown.estimate.shape_std)
+            )
+            if np.mean(off**2) > _FAR_APART**2 * np.mean(std**2) + _ALIKE**2:
+                flags = (Flag.DISAGREEMENT,)
+                estimate = estimate.with_level_errors(off)
+        return Judgement(estimate, flags, {})
 
     def _searched(self, parts: Parts, more: MoreTerms | None = None) -> Searched:
         everything = [part for own in parts.values() for part in own]
@@ -286,7 +314,7 @@ class LikelihoodSearch(AbstractCalibrator):
             begin: dict[str, Floats] = {}
             for each in channels:
                 still = without_outliers(each[LevelPairs].table)
-                most = RIDGE_PAIRS / max(still.table.n_pairs, 1)
+                most = RIDGE_PAIRS / max(still.table.n_pairs, 1) * self.weight / PAIR_WEIGHT
                 counts = self._pair_counts(each[LevelPairs], still, most)
                 term, own = self._pair_term(counts, edges[curve_name(each.channel)], each.channel)
                 terms.append(term)
@@ -414,26 +442,67 @@ def _told_aside(
     return told
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """A search of all channels, and the first one, which settled exposures."""
+
+    parts: Parts
+    """As the last search used them."""
+    first: Searched
+    last: Searched
+
+    def settled(self, channel: str) -> bool:
+        """Whether both came to their end."""
+        return all(each.found[channel].mode.settled for each in (self.first, self.last))
+
+    def judged(self, channel: str, any_curve: "_Search | None") -> Judgement:
+        """What it means for the kinds of evidence that were used."""
+        return _judged(
+            channel, self.parts, self.last, None if any_curve is None else any_curve.last
+        )
+
+
+def _parts_of(channels: Sequence[ChannelEvidence]) -> Parts:
+    return {each.channel: each.of_curve for each in channels}
+
+
 def _judged(channel: str, parts: Parts, result: Searched, any_curve: Searched | None) -> Judgement:
-    """What a search means for the kinds of evidence that tell the curve."""
+    """What a search means for the kinds of evidence that tell the curve.
+
+    Each widens the bands by what its own model leaves out. What one of several leaves out is only a
+    part of what is wrong with all: their variances are averaged.
+    """
     found = result.found[channel]
     estimate = CurveEstimate.of(at_mode(found, result.space, skewed=True), result.space)
     told = Judgement(estimate, (), {})
     if any_curve is not None:
         told = _missed(estimate, at_mode(any_curve.found[channel], any_curve.space, skewed=True))
+    bare, widened = told.estimate, []
     for part, term in zip(parts[channel], result.terms[channel], strict=True):
         others = [each for each in parts[channel] if each is not part]
         alone = not any(each.tells_exponent for each in others)
-        told = _both(told, part.judged(told.estimate, found, term, alone=alone))
+        own = part.judged(bare, found, term, alone=alone)
+        widened.append(own.estimate)
+        told = _both(told, own._replace(estimate=with_mean_bands(widened)))
     return told
 
 
 def _missed(estimate: CurveEstimate, any_curve: Posterior) -> Judgement:
     """Widen the bands of a family by what it misses of any curve, beyond the deviation of that."""
-    off = estimate.inverse_lut - any_curve.inverse
-    missed = np.sqrt(np.maximum(off**2 - any_curve.inverse_std**2, 0.0))
-    flags = (Flag.MISFIT,) if float(np.sqrt(np.mean(missed**2))) > _WRONG else ()
-    return Judgement(estimate.with_level_errors(missed), flags, {})
+    light, shown, spread = estimate.inverse_lut, any_curve.inverse, any_curve.spread
+    assert spread is not None
+    scale = float(light @ shown / (light @ light))
+    missed = _beyond(scale * light - shown, spread.shape)
+    white = float(_beyond(np.log(scale), spread.log_scale))
+    of_light = _beyond(light - shown, any_curve.inverse_std)
+    is_wrong = float(np.sqrt(np.mean(of_light**2))) > _WRONG
+    wider = estimate.with_level_errors(np.hypot(missed, white * np.append(light[:-1], 0.0)))
+    return Judgement(wider, (Flag.MISFIT,) if is_wrong else (), {})
+
+
+def _beyond(error: Floats | float, std: Floats | float) -> Floats:
+    """What is left of an error beyond a deviation."""
+    return np.asarray(np.sqrt(np.maximum(np.square(error) - np.square(std), 0.0)))
 
 
 def _judged_pairs(

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chartless.curves import AbstractCurve
-from chartless.evidence.bracket.findings import SeenTransfer
+from chartless.evidence.bracket.estimates import SeenTransfer
 from chartless.evidence.noise.cooccurrence import (
     Cooccurrence,
     difference_moments,

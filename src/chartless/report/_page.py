@@ -12,8 +12,8 @@ import numpy as np
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from chartless.evidence.bracket.findings import ExposureEstimate
-from chartless.evidence.raw.findings import RawEstimate
+from chartless.evidence.bracket.estimates import ExposureEstimate
+from chartless.evidence.raw.estimates import RawEstimate
 from chartless.formats import FORMATS
 from chartless.frames.frame import Frame
 from chartless.report._downloads import downloads

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from chartless.evidence.bracket.findings import SeenTransfer
+from chartless.evidence.bracket.estimates import SeenTransfer
 from chartless.evidence.noise.cooccurrence import noise_level_function
 from chartless.result.response import Response
 from chartless.result.verdict import deviation

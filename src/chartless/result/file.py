@@ -21,10 +21,10 @@ from chartless._addresses import why_unreadable
 from chartless._files import write_text
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
-from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
+from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
 from chartless.evidence.noise.cooccurrence import Cooccurrence
-from chartless.evidence.noise.findings import NoiseError
-from chartless.evidence.raw.findings import RawEstimate
+from chartless.evidence.noise.estimates import NoiseError
+from chartless.evidence.raw.estimates import RawEstimate
 from chartless.flags import Flag, Pattern
 from chartless.frames.levels import MAX_LEVELS, MIN_LEVELS
 from chartless.models import MODELS

@@ -7,10 +7,10 @@ import numpy as np
 
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
-from chartless.evidence.bracket.findings import ExposureEstimate
+from chartless.evidence.bracket.estimates import ExposureEstimate
 from chartless.evidence.noise.cooccurrence import Cooccurrence
-from chartless.evidence.noise.findings import NoiseError
-from chartless.evidence.raw.findings import RawEstimate
+from chartless.evidence.noise.estimates import NoiseError
+from chartless.evidence.raw.estimates import RawEstimate
 from chartless.flags import Flag, Pattern
 from chartless.models import UNIFORM_IRRADIANCE
 from chartless.noise import AffineNoise

@@ -28,7 +28,7 @@ WORST_EXPOSURE_MISFIT = 0.05
 """Of the light of two exposures from their ratio, up to which a bracket is good. Of nine measured
 cameras the four that are good are off by 0.0054 at most, the others by up to 0.0147
 (docs/brackets.md)."""
-GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.NOT_MONOTONE})
+GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.DISAGREEMENT, Flag.NOT_MONOTONE})
 """Flags with which the band does not hold: MISFIT above `WORST_DEVIANCE` or where that is unknown,
 and the others always."""
 

@@ -23,8 +23,8 @@ def document(*, is_shared: bool = False) -> str:
     is_shared : bool
         Whether other computers reach it.
     """
-    from chartless.evidence.kinds import KINDS
     from chartless.evidence.plan import AUTO, BOTH
+    from chartless.evidence.registry import KINDS
     from chartless.formats import FORMATS
     from chartless.methods import CALIBRATORS
     from chartless.models import MODELS

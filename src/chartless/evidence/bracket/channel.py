@@ -8,9 +8,9 @@ from typing_extensions import override
 
 from chartless.curves.prior import CurvePrior
 from chartless.evidence._base import AbstractCurveEvidence, Guess, Judgement
-from chartless.evidence.bracket.account import (
+from chartless.evidence.bracket.judgement import (
+    are_off,
     exposures_found,
-    flags_of_exposures,
     judged,
     least_exponent_error,
 )
@@ -91,10 +91,7 @@ class ExposurePairs(AbstractCurveEvidence):
 
     @override
     def term(self, channel: str, *, noise_known: bool) -> ExposureTerm:
-        counts = self.counts
-        if not (counts.settled or counts.unknown):
-            counts = replace(counts, tables=counts.neighbours)
-        return ExposureTerm(replace(counts, own_noise=noise_known), channel)
+        return ExposureTerm(replace(self.counts, own_noise=noise_known), channel)
 
     @override
     def start(self, channel: str, edges: Floats) -> Values:
@@ -111,10 +108,10 @@ class ExposurePairs(AbstractCurveEvidence):
         counts = self.counts
         if counts.settled:
             return self
-        noted = flags_of_exposures(counts, found, noise_known=noise_known)
+        log_exposures, error = exposures_found(counts, found)
+        noted = (Flag.EXPOSURES_OFF,) if are_off(counts, log_exposures) else ()
         if counts.lossy and counts.exposure_error < LOSSY_ERROR:
             return replace(self, counts=replace(counts, held=True), noted=noted)
-        log_exposures, error = exposures_found(counts, found)
         error = float(np.hypot(error, least_exponent_error(counts, noise_known=noise_known)))
         return replace(
             self, counts=counts.held_at(log_exposures), exponent_error=error, noted=noted

@@ -410,7 +410,7 @@ class _History:
 
 
 def _require_same_pixels(bloom_radius: int, *, aligned: bool) -> None:
-    if bloom_radius > 0 and not aligned:
+    if bloom_radius != 0 and not aligned:
         msg = (
             "bloom_radius leaves other pixels out of each exposure, and unaligned exposures are "
             "matched by all of theirs: use one or the other"

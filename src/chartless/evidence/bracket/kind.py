@@ -45,6 +45,8 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
     @override
     def proposed(self, inputs: Inputs, options: BracketOptions) -> Proposal | Declined:
         exposures = inputs.exposures
+        if exposures is None and not inputs.items:
+            return Declined(self.name, "no frames were given", "give exposures of one still scene")
         if exposures is None:
             reason = "the files record no exposure settings"
             advice = "give `times`, such as `times=[1, 2, 4]`, or `times='unknown'`"
@@ -54,7 +56,7 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
             advice = "give them, or `evidence='noise'` for frames of one exposure"
             return Declined(self.name, reason, advice)
         # Pictures that have raw files may show different scenes.
-        sure = inputs.times_given or "raw" not in inputs.others
+        sure = inputs.times_given or not inputs.sure_of("raw")
         return Proposal(self.name, str(exposures), exposures.groups, sure=sure)
 
     @override
@@ -64,7 +66,7 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
         assert inputs.exposures is not None
         places = [group[0] for group in proposal.groups]
         first = [inputs.items[place] for place in places]
-        n_levels = reader.n_levels or MOST_LEVELS
+        n_levels = MOST_LEVELS if reader.n_levels is None else reader.n_levels
         evidence = bracket_evidence(
             reader.frames(first, [place + 1 for place in places]),
             inputs.exposures.log_exposures,

@@ -204,19 +204,6 @@ class ExposureCounts:
         )
 
     @property
-    def neighbours(self) -> tuple[Comparagram, ...]:
-        """Tables of an exposure and the next: what it takes to find exposures nearly known.
-
-        Those further apart cost as much again and tell no more: γ was off by 0.0043 and 0.0061
-        with them, by 0.0041 and 0.0061 without (twice sixteen cases of benchmarks/files.py, PNG,
-        exposures off by 2 %). Where exposures are unknown, they do: light 0.036 and 0.046.
-        """
-        place = self.log_exposures.argsort().argsort()
-        return tuple(
-            table for table in self.tables if abs(place[table.longer] - place[table.shorter]) == 1
-        )
-
-    @property
     def n_pixels(self) -> int:
         """Pixels compared, weighted."""
         return round(sum(float(table.counts.sum()) for table in self.forward))

@@ -48,8 +48,9 @@ class Noise(AbstractKind[NoiseOptions, NoiseEvidence]):
     @override
     def proposed(self, inputs: Inputs, options: NoiseOptions) -> Proposal | Declined:
         everything = (tuple(range(len(inputs.items))),)
-        if not inputs.items:
-            reason = "noise needs two or more frames of one still scene, none was given"
+        if len(inputs.items) < 2 and not any(map(is_video, inputs.items)):  # noqa: PLR2004 - a pair
+            given = f"only {inputs.names[0]}" if inputs.items else "none"
+            reason = f"noise needs two or more frames of one still scene, {given} was given"
             return Declined(self.name, reason, "photograph it again with the same settings")
         if inputs.asked and "bracket" not in inputs.asked and self.name in inputs.asked:
             if inputs.times_given:
@@ -68,7 +69,7 @@ class Noise(AbstractKind[NoiseOptions, NoiseEvidence]):
             reason = "no exposure is repeated, so there is no noise to measure"
             return Declined(self.name, reason, "repeat one, or use `evidence='bracket'`")
         sentence = f"noise of {len(repeated)} of them, which are repeated"
-        return Proposal(self.name, sentence, repeated, sure="bracket" in inputs.others)
+        return Proposal(self.name, sentence, repeated, sure=inputs.sure_of("bracket"))
 
     @override
     def gathered(
@@ -133,7 +134,7 @@ def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> Nois
                 channels=reader.channels,
                 mask=reader.mask,
             )
-    n_levels = reader.n_levels or 256
+    n_levels = 256 if reader.n_levels is None else reader.n_levels
     if not several:
         on_frame = reader.counting(_READING, len(items))
         frames = reader.frames(items, [place + 1 for place in places])

@@ -3,21 +3,18 @@
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-import numpy as np
 from typing_extensions import override
 
 from chartless.evidence._base import AbstractCurveEvidence, Judgement
 from chartless.evidence.raw.blocks import RawBlocks
-from chartless.evidence.raw.findings import RawEstimate
-from chartless.evidence.raw.term import RawModel, RawTerm, raw_name
-from chartless.flags import Flag
+from chartless.evidence.raw.judgement import judged
+from chartless.evidence.raw.likelihood import RawModel
+from chartless.evidence.raw.term import RawTerm, raw_name
 from chartless.inference.block import Values
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate
 from chartless.inference.term import AbstractTerm
 from chartless.types import Floats
-
-_MUCH_SCATTER = 0.06  # relative, of greys
 
 
 @final
@@ -59,14 +56,4 @@ class RawPairs(AbstractCurveEvidence):
     ) -> Judgement:
         del alone
         assert isinstance(term, RawTerm)
-        own, model = found.mode.values[raw_name(found.channel)], term.model
-        red, green, blue = model.matrix(own)
-        log_gains = own[model.gains]
-        told = RawEstimate(
-            matrix=(float(red), float(green), float(blue)),
-            gains=tuple(map(float, np.exp(log_gains - log_gains[0]))),
-            corner_gain=float(np.exp(own[model.falloff].sum())),
-            scatter=term.scatter,
-        )
-        flags = (Flag.UNEVEN_TONES,) if term.scatter > _MUCH_SCATTER else ()
-        return Judgement(estimate, flags, {"raw": told})
+        return judged(estimate, found, term)

@@ -66,7 +66,7 @@ class Raw(AbstractKind[RawOptions, RawEvidence]):
                 yield reader.raw_picture(original), reader.picture(picture)
                 on_shot(picture)
 
-        n_levels = reader.n_levels or _MOST_LEVELS
+        n_levels = _MOST_LEVELS if reader.n_levels is None else reader.n_levels
         return raw_evidence(
             shots(),
             channels=reader.channels,

@@ -1,18 +1,6 @@
-"""The levels of JPEGs given the light of their raw files, as a term of the posterior.
+"""Levels of JPEGs beside the light of their raw files, as a term of the posterior.
 
-A block of pixels with the light x = (R, G, B) in the raw file, at the distance r from the middle of
-the picture, has the irradiance
-
-    (b·x + k₁ (R − G) + k₂ (B − G) + p) · exp(a + q₁ r² + q₂ r⁴)
-
-in a channel, and its level is f of that: b are the weights of the channel without a matrix, k the
-rest of its row of the camera's matrix (of sum 1: greys stay grey), p what is wrong with the black
-of the raw file, a the gain of the shot, q the falloff of the lens that the camera made up for. All
-are found together with the curve. It is a regression on the level, not on g(level): the light of a
-block is sure to a thousandth, its level is not.
-
-Squares count less and less beyond three deviations. The scatter, which these deviations contain, is
-measured again after each look.
+The scatter of the blocks, and with it their weights, is measured again after each look.
 """
 
 import math
@@ -22,26 +10,13 @@ from functools import cached_property
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
-from scipy.linalg import block_diag, inv
 from typing_extensions import override
 
-from chartless.evidence.raw.blocks import RawBlocks
+from chartless.evidence.raw.likelihood import RawModel, Shown
 from chartless.inference.block import Block, Values, curve_name
 from chartless.inference.term import AbstractFit, AbstractTerm, Expansion
 from chartless.types import Floats
 
-BLOCKS_OF_LEVEL = 3.0
-"""Blocks of one level that count, at most: what no curve explains they have in common."""
-COLOUR = 0.2
-"""Relative deviation of irradiance that gamut and film looks give a block, times its chroma."""
-_NEUTRAL = 0.05  # chroma at which a block counts half for the scatter
-_GAIN, _GAINS, _MATRIX, _FALLOFF = 5.0, 0.1, 0.5, 0.1  # prior deviations; a of all shots and of one
-_ROUNDING = 0.3  # levels
-_LEAST_SCATTER, _FAR, _REACH = 0.005, 3.0, 3.0
-_MEDIAN_SQUARE = 0.4549  # of a standard normal number
-_LEAST_LIGHT = 0.05  # of b·x: a matrix may make a colour black
-_LEAST_WIDTH = 1e-9
 _MOST_LOOKS, _SETTLED = 12, 0.003  # change of ln of the scatter from look to look
 
 
@@ -55,7 +30,7 @@ def raw_name(channel: str) -> str:
 class RawTerm(AbstractTerm):
     """Levels of blocks in one channel, given their light."""
 
-    model: "RawModel"
+    model: RawModel
     channel: str
     scatter: float = math.inf
     """Relative deviation of the irradiance of grey blocks from what the curve makes of them."""
@@ -98,11 +73,12 @@ class RawTerm(AbstractTerm):
         # Only down, or weights and scatter could go round in circles.
         scatter = min(self.scatter, self.model.scatter(shown))
         settled = math.log(self.scatter / scatter) < _SETTLED
-        if self.looks == _MOST_LOOKS or (settled and self.inner):
+        enough = settled or self.looks >= _MOST_LOOKS
+        if enough and self.inner:
             return self
         variance = self.model.variance(shown, scatter)
         share = self.share
-        if settled:
+        if enough:
             share = self.model.inner_share(shown, variance)
         elif share is None:
             share = self.model.share
@@ -111,11 +87,11 @@ class RawTerm(AbstractTerm):
             scatter=scatter,
             variance=variance,
             share=share,
-            inner=settled or self.inner,
+            inner=enough or self.inner,
             looks=self.looks + 1,
         )
 
-    def _shown(self, edges: Mapping[str, Floats], values: Values) -> "_Shown":
+    def _shown(self, edges: Mapping[str, Floats], values: Values) -> Shown:
         return self.model.shown(edges[curve_name(self.channel)], values[raw_name(self.channel)])
 
 
@@ -124,8 +100,8 @@ class RawTerm(AbstractTerm):
 class RawFit(AbstractFit):
     """Blocks as a state shows them."""
 
-    model: "RawModel"
-    shown: "_Shown"
+    model: RawModel
+    shown: Shown
     variance: Floats
     share: Floats
 
@@ -141,135 +117,3 @@ class RawFit(AbstractFit):
     def expand(self) -> Expansion:
         gradient, information = self.model.normal(self.shown, self.variance, self.share)
         return Expansion(-self._cost, -gradient, information)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Shown:
-    """Blocks as a curve and own unknowns would show them, shape (N,) each."""
-
-    irradiance: Floats
-    by_rest: Floats
-    """Derivatives in the own unknowns but for the gains, shape (N, 5)."""
-    below: npt.NDArray[np.intp]
-    """Edge below."""
-    width: Floats
-    """Irradiance from that to the next."""
-    part: Floats
-    """Share of it that lies below the block."""
-    residual: Floats
-    """Level less the level shown."""
-
-    @property
-    def steepness(self) -> Floats:
-        """Change of level with the logarithm of irradiance."""
-        return self.irradiance / self.width
-
-
-class RawModel:
-    """Blocks of one channel, ready for many looks at them."""
-
-    def __init__(self, blocks: RawBlocks) -> None:
-        self._n_inner = blocks.n_levels - 1
-        n_shots = blocks.n_shots
-        self.gains = slice(n_shots)
-        self._matrix = slice(n_shots, n_shots + 2)
-        self._pedestal = n_shots + 2
-        self.falloff = slice(n_shots + 3, n_shots + 5)
-        self.n_own = n_shots + 5
-        self._blocks = blocks
-        self._base = blocks.light @ blocks.base
-        self._apart = blocks.light[:, [0, 2]] - blocks.light[:, [1]]
-        self._radii = np.stack([blocks.radius**2, blocks.radius**4], axis=1)
-        self._colour = (COLOUR * blocks.chroma) ** 2
-        nearest = np.rint(blocks.level).astype(np.intp)
-        self.share = np.minimum(1.0, BLOCKS_OF_LEVEL / np.bincount(nearest)[nearest])
-        self._grey = self.share / (1 + (blocks.chroma / _NEUTRAL) ** 2)
-
-    @property
-    def own_precision(self) -> Floats:
-        """Inverse covariance of the prior of gains, matrix, pedestal and falloff."""
-        n_shots = self._blocks.n_shots
-        gains = np.full((n_shots, n_shots), _GAIN**2) + _GAINS**2 * np.eye(n_shots)
-        others = [_MATRIX, _MATRIX, self._blocks.light_error, _FALLOFF, _FALLOFF]
-        return block_diag(inv(gains), np.diag(np.array(others) ** -2.0))
-
-    def start(self, edges: Floats) -> Floats:
-        """Own unknowns of a camera that does nothing to colours, shape (S + 5,)."""
-        own = np.zeros(self.n_own)
-        irradiance = np.interp(self._blocks.level, np.arange(edges.size) + 0.5, edges)
-        own[self.gains] = np.median(np.log(irradiance / self._base))
-        return own
-
-    def matrix(self, own: Floats) -> Floats:
-        """Weights of red, green and blue of the raw file in the channel, shape (3,), of sum 1."""
-        red, blue = own[self._matrix]
-        return np.asarray(self._blocks.base + np.array([red, -red - blue, blue]))
-
-    def shown(self, edges: Floats, own: Floats) -> _Shown:
-        """Blocks as a curve and own unknowns would show them."""
-        light = self._base + self._apart @ own[self._matrix] + own[self._pedestal]
-        seen = light > _LEAST_LIGHT * self._base
-        light = np.where(seen, light, _LEAST_LIGHT * self._base)
-        gain = np.exp(own[self._blocks.shot] + self._radii @ own[self.falloff])
-        irradiance = light * gain
-        below = np.searchsorted(edges, irradiance, side="right") - 1
-        below = np.clip(below, 0, edges.size - 2)
-        width = np.maximum(edges[below + 1] - edges[below], _LEAST_WIDTH)
-        part = (irradiance - edges[below]) / width
-        residual = self._blocks.level - (below + 0.5 + part)
-        by_light = np.column_stack([self._apart, np.ones(light.size)])
-        by_light *= (gain * seen)[:, np.newaxis]
-        by_rest = np.hstack([by_light, self._radii * irradiance[:, np.newaxis]])
-        return _Shown(irradiance, by_rest, below, width, part, residual)
-
-    def scatter(self, now: _Shown) -> float:
-        """Weighted median of what greys are off by, besides rounding."""
-        squares = now.residual**2 / _MEDIAN_SQUARE - _ROUNDING**2
-        squares = squares / now.steepness**2 - self._colour
-        order = np.argsort(squares)
-        counted = np.cumsum(self._grey[order])
-        median = squares[order[np.searchsorted(counted, counted[-1] / 2)]]
-        return math.sqrt(max(float(median), _LEAST_SCATTER**2))
-
-    def variance(self, now: _Shown, scatter: float) -> Floats:
-        """Of the level of each block, shape (N,)."""
-        return np.asarray((scatter**2 + self._colour) * now.steepness**2 + _ROUNDING**2)
-
-    def inner_share(self, now: _Shown, variance: Floats) -> Floats:
-        """`share` without the blocks that should be close to black or white, shape (N,).
-
-        Of these, the ones that turned out black or white are missing, which would bend the curve.
-        """
-        shown = self._blocks.level - now.residual
-        reach = _REACH * np.sqrt(variance)
-        near = (shown - reach < 0) | (shown + reach > self._n_inner)
-        return np.where(near, 0.0, self.share)
-
-    def cost(self, now: _Shown, variance: Floats, share: Floats) -> float:
-        """Robust sum of squares, halved."""
-        squares = now.residual**2 / (_FAR**2 * variance)
-        return 0.5 * _FAR**2 * float(share @ np.log1p(squares))
-
-    def normal(self, now: _Shown, variance: Floats, share: Floats) -> tuple[Floats, Floats]:
-        """Gradient of the cost in edges and own unknowns, and information on both."""
-        from scipy.sparse import csr_array
-
-        n = now.residual.size
-        weight = share / (variance + (now.residual / _FAR) ** 2)
-        # Of the residual by the edges around a block and by its gain.
-        entries = np.concatenate([1 - now.part, now.part, -now.irradiance])
-        columns = np.concatenate([now.below, now.below + 1, self._n_inner + self._blocks.shot])
-        places = np.tile(np.arange(n), 3), columns
-        shape = n, self._n_inner + self.n_own
-        changes = csr_array((entries / np.tile(now.width, 3), places), shape=shape)
-        others = -now.by_rest / now.width[:, np.newaxis]
-        weighted = csr_array(changes.T * weight)
-        cross = weighted @ others
-        rest = slice(self._n_inner + self._matrix.start, None)
-        information = (weighted @ changes).toarray()
-        information[:, rest] += cross
-        information[rest] += cross.T
-        information[rest, rest] += others.T @ (others * weight[:, np.newaxis])
-        gradient = weighted @ now.residual
-        gradient[rest] += others.T @ (weight * now.residual)
-        return gradient, information

@@ -3,7 +3,7 @@
 import numpy as np
 
 from chartless.evidence._base import Judgement
-from chartless.evidence.bracket.findings import ExposureEstimate, SeenTransfer
+from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.evidence.bracket.term import EXPOSURES, scatter_name
 from chartless.evidence.bracket.transfer import brightness_transfer
@@ -69,13 +69,16 @@ def judged(
         Whether nothing else tells f from f^γ.
     """
     log_exposures, error = exposures_found(counts, found)
-    least = least_exponent_error(counts, noise_known=False) if alone else 0.0
+    least = least_exponent_error(counts, noise_known=not alone)
     error = float(np.hypot(np.hypot(error, least), exponent_error))
     scatter = float(np.exp(found.mode.values[scatter_name(found.channel)][0]))
     relative = np.exp(log_exposures - log_exposures.min())
-    flags = (*noted, *((Flag.SCATTER,) if scatter > _MUCH_SCATTER else ()))
-    if not (counts.settled or noted):
-        flags = (*flags, *flags_of_exposures(counts, found, noise_known=not alone))
+    doubts = (
+        (Flag.EXPONENT_UNKNOWN, error > _UNSURE_EXPONENT),
+        (Flag.EXPOSURES_OFF, are_off(counts, log_exposures)),
+        (Flag.SCATTER, scatter > _MUCH_SCATTER),
+    )
+    flags = (*noted, *(flag for flag, holds in doubts if holds))
     estimate = estimate.with_exponent_error(least)
     white_error = float(np.hypot(counts.white_error, _unseen_error(counts, estimate)))
     estimate = estimate.with_white_error(white_error)
@@ -91,35 +94,16 @@ def judged(
     return Judgement(estimate, flags, {"exposures": exposures})
 
 
-def flags_of_exposures(
-    counts: ExposureCounts, found: ChannelMode, *, noise_known: bool
-) -> tuple[Flag, ...]:
-    """Doubts about exposures that were found.
-
-    Parameters
-    ----------
-    counts : ExposureCounts
-    found : ChannelMode
-    noise_known : bool
-        Whether something else tells f from f^γ, such as the noise of repeats.
-    """
-    log_exposures, error = exposures_found(counts, found)
-    error = float(np.hypot(error, least_exponent_error(counts, noise_known=noise_known)))
-    unknown = counts.unknown and not noise_known
-    doubts = (
-        (Flag.EXPONENT_UNKNOWN, unknown or error > _UNSURE_EXPONENT),
-        (Flag.EXPOSURES_OFF, _are_off(counts, log_exposures)),
-    )
-    return tuple(flag for flag, holds in doubts if holds)
-
-
 def least_exponent_error(counts: ExposureCounts, *, noise_known: bool) -> float:
     """Deviation of ln γ that a bracket cannot undercut."""
     if counts.unknown:
         return _EXPONENT_LIMIT if noise_known else _EXPONENT_BY_PRIOR
     if counts.settled:
         return 0.0
-    return _EXPONENT_LIMIT if counts.lossy else _EXPONENT_LOSSLESS
+    if counts.lossy:
+        return _EXPONENT_LIMIT
+    extent = float(np.ptp(counts.log_exposures))
+    return min(_EXPONENT_LOSSLESS, float(np.sqrt(2)) * counts.exposure_error / extent)
 
 
 def exposures_found(counts: ExposureCounts, found: ChannelMode) -> tuple[Floats, float]:
@@ -161,8 +145,10 @@ def _unseen_error(counts: ExposureCounts, estimate: CurveEstimate) -> float:
     return (_UNSEEN_LOSSY if counts.lossy else _UNSEEN) * share
 
 
-def _are_off(counts: ExposureCounts, found: Floats) -> bool:
+def are_off(counts: ExposureCounts, found: Floats) -> bool:
     """Whether ln of the exposures found is not what was given."""
+    if counts.settled:
+        return False
     off = float(np.ptp(found - counts.log_exposures))
     most = 2 * _FAR_OFF * counts.exposure_error
     if counts.lossy:
