@@ -27,6 +27,11 @@ class CurveEstimate:
     parameter_covariance: Floats | None = None
     """Of the parameters of a family, shape (P, P); None for any curve."""
 
+    @property
+    def shape_or_all(self) -> Floats:
+        """Deviation of the shape, or of all where it is not divided, shape (L,)."""
+        return self.std if self.shape_std is None else self.shape_std
+
     @classmethod
     def of(cls, posterior: Posterior, space: AbstractCurveSpace) -> "CurveEstimate":
         """Curve and bands of a posterior."""

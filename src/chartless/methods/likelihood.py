@@ -289,11 +289,7 @@ class LikelihoodSearch(AbstractCalibrator):
             light = shown.estimate.inverse_lut
             scale = float(light @ estimate.inverse_lut / (light @ light))
             off = scale * light - estimate.inverse_lut
-            std = (
-                shown.estimate.std
-                if shown.estimate.shape_std is None
-                else (shown.estimate.shape_std)
-            )
+            std = shown.estimate.shape_or_all
             if np.mean(off**2) > _FAR_APART**2 * np.mean(std**2) + _ALIKE**2:
                 flags = (Flag.DISAGREEMENT,)
                 estimate = estimate.with_level_errors(off)

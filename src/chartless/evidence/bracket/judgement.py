@@ -120,9 +120,8 @@ def exposures_found(counts: ExposureCounts, found: ChannelMode) -> tuple[Floats,
 def _errors_together(estimate: CurveEstimate, noise: AffineNoise) -> Floats:
     """Deviation of g at the levels beyond that by independent pixels, shape (L,)."""
     light = estimate.inverse_lut
-    shape = estimate.std if estimate.shape_std is None else estimate.shape_std
     variance = (
-        (_TOGETHER_TIMES**2 - 1) * shape**2
+        (_TOGETHER_TIMES**2 - 1) * estimate.shape_or_all**2
         + (_TOGETHER_LEVELS * np.gradient(light)) ** 2
         + _TOGETHER_NOISE**2 * noise.variance(light)
     )

@@ -26,8 +26,7 @@ def judged(estimate: CurveEstimate, found: ChannelMode, term: RawTerm) -> Judgem
         corner_gain=float(np.exp(own[model.falloff].sum())),
         scatter=term.scatter,
     )
-    shape = estimate.std if estimate.shape_std is None else estimate.shape_std
-    together = np.sqrt(_TOGETHER_TIMES**2 - 1) * shape
+    together = np.sqrt(_TOGETHER_TIMES**2 - 1) * estimate.shape_or_all
     together[[0, -1]] = 0.0  # black and white are what they are by definition
     estimate = estimate.with_level_errors(together)
     flags = (Flag.UNEVEN_TONES,) if term.scatter > _MUCH_SCATTER else ()
