@@ -139,7 +139,7 @@ def test_a_change_of_gain_ends_what_was_before() -> None:
     assert outcomes[8:] == [Outcome.USED] * 6
     assert np.array_equal(live.evidence().tables["Y"].counts, counted(after).counts)
     assert live.evidence().sources[0].span == (7, 14)
-    assert "began anew 2× as the noise changed" in live.account
+    assert "restarted 2 times because the noise changed" in live.account
 
 
 @pytest.mark.slow

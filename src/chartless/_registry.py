@@ -25,7 +25,7 @@ class Registry(Mapping[str, T], Generic[T]):
         self._items: dict[str, T] = {}
 
     def register(self, name: str, item: T) -> None:
-        """Add `item` under `name`; a name may be given away once."""
+        """Add `item` under `name`; each name can be registered once."""
         if name in self._items:
             msg = f"{self._kind} {name!r} is registered already"
             raise ValueError(msg)

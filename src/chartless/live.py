@@ -166,7 +166,7 @@ class LiveEvidence:
             f"{self.n_frames} frames, {self.n_used} pairs used",
             f"the last {self.n_kept} kept" if self.n_kept < self.n_used else "",
             f"left out: {self._left_out}" if self._left_out and self.n_kept else "",
-            f"began anew {anew}× as the noise changed" if anew else "",
+            f"restarted {anew} times because the noise changed" if anew else "",
         )
         return "; ".join(part for part in parts if part)
 

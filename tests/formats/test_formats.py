@@ -323,7 +323,7 @@ def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
         (["{camera}"], "name the format with --to"),
         (["{camera}", "-o", "{folder}/camera.json", "--to", "csv"], "would be overwritten"),
         (["{camera}", "--to", "dso", "--size", "0x7"], "--size must be width and height"),
-        (["{camera}", "--to", "csv", "--size", "64x48"], "csv has no use for --size: leave it"),
+        (["{camera}", "--to", "csv", "--size", "64x48"], "csv has no use for --size: omit it"),
         (["{camera}", "--to", "opencv", "--levels", "512"], "opencv has no use for --levels"),
         (["{folder}", "--to", "csv"], "cannot be read: Is a directory"),
         (["{camera}", "--to", "csv", "--levels", "1"], "between 2 and 65536 levels, not 1"),

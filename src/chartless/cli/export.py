@@ -210,7 +210,7 @@ def _require_used(each: "AbstractFormat", settings: "ExportSettings") -> None:
     """Refuse what the format has no use for."""
     for name, option in _OPTIONS.items():
         if getattr(settings, name) is not None and name not in each.takes:
-            msg = f"{each.name} has no use for {option}: leave it away"
+            msg = f"{each.name} has no use for {option}: omit it"
             raise ParameterError(msg)
 
 

@@ -42,7 +42,7 @@ class AbstractCurveSpace(ABC):
     log_precision: float
     """Logarithm of the determinant of `precision`."""
     tells_ratio: ClassVar[bool]
-    """Whether what pairs tell of the ratio u/v is to be heard. What a family cannot follow in a
+    """Whether the information of pairs on the ratio u/v is used. What a family cannot follow in a
     curve it makes good by a wrong ratio."""
 
     @abstractmethod

@@ -62,14 +62,16 @@ class AbstractChannelEvidence(ABC):
 
 
 class AbstractCurveEvidence(AbstractChannelEvidence):
-    """Evidence that tells the curve without knowing the noise of frames."""
+    """Evidence that determines the curve without knowledge of the noise of frames."""
 
+    compares_families: ClassVar[bool] = True
+    """Whether its likelihood is the same for all families, not weighted by how one of them fits."""
     shows_shoulder: ClassVar[bool] = False
     """Whether it shows all levels but the last, so that the prior may let shoulders be hard."""
 
     @property
     def tells_exponent(self) -> bool:
-        """Whether it tells a curve f from its powers f^γ."""
+        """Whether it distinguishes a curve f from its powers f^γ."""
         return True
 
     @property
@@ -90,7 +92,7 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
         ----------
         channel : str
         noise_known : bool
-            Whether level pairs of one exposure tell the noise in the same search.
+            Whether the same search has level pairs of one exposure, which determine the noise.
         """
 
     @abstractmethod
@@ -122,7 +124,7 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
         term : AbstractTerm
             That of this evidence, as the search used it.
         alone : bool
-            Whether nothing else tells f from f^γ.
+            Whether nothing else distinguishes f from f^γ.
         """
 
 

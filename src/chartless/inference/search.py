@@ -195,7 +195,7 @@ class _Unknowns:
 
     @property
     def _alone(self) -> Floats:
-        """Root of the share of the prior that one channel hears, shape (N,)."""
+        """Root of the share of the prior that belongs to one channel, shape (N,)."""
         alone = np.ones(len(self.prior_precision))
         for name, n_readers in self._n_readers.items():
             alone[self.places[name]] = n_readers**-0.5

@@ -346,6 +346,7 @@ class LikelihoodSearch(AbstractCalibrator):
         settled: bool,
     ) -> Response:
         estimate = told.estimate
+        comparable = all(part.compares_families for part in evidence.of_curve)
         lowest, highest = zip(*(part.observed_levels for part in evidence.parts), strict=True)
         response = Response(
             name=evidence.channel,
@@ -357,7 +358,7 @@ class LikelihoodSearch(AbstractCalibrator):
             n_pairs=sum(part.n_pixels for part in evidence.parts),
             method=self.method,
             status=Status.CONVERGED if settled else Status.LIMIT_REACHED,
-            log_evidence=mode.log_evidence,
+            log_evidence=mode.log_evidence if comparable else None,
             inverse_lut_std=estimate.std,
             shape_std=estimate.shape_std,
             white_std=estimate.white_std,

@@ -297,7 +297,7 @@ def _table(entry: JsonObject, n_levels: int) -> Cooccurrence:
     for row, first, counts in zip(table, entry["first"], entry["counts"], strict=True):
         values = np.asarray(counts, dtype=np.int64)
         if not 0 <= first <= first + values.size <= n_levels or np.any(values < 0):
-            msg = "its co-occurrence table holds counts that cannot be"
+            msg = "its co-occurrence table holds impossible counts"
             raise ValueError(msg)
         row[first : first + values.size] = values
     return Cooccurrence(table)

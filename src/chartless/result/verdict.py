@@ -20,7 +20,7 @@ closer (docs/brackets.md), noise alone does if the sensor is known (docs/how-sur
 GOOD_WHITE = 0.02
 """Relative deviation of the light at white up to which a curve is good in scale as well."""
 WORST_BAND = 0.045
-"""Deviation above which a curve is worth nothing: real cameras taken for sRGB are off by as much
+"""Deviation above which a curve is no better than simply assuming sRGB, which is off by as much
 (docs/brackets.md)."""
 WORST_DEVIANCE = 2.0
 """Misfit, in multiples of chance, up to which the band held in simulated cameras."""

@@ -107,7 +107,7 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
     except (socket.gaierror, UnicodeError) as error:
-        msg = f"{host!r} is no address of this computer: leave --host away for {_LOOPBACK}"
+        msg = f"{host!r} is no address of this computer: omit --host to use {_LOOPBACK}"
         raise ParameterError(msg) from error
     with socket.socket(family, kind, protocol) as listener:
         if sys.platform != "win32":  # there it would share the port with others

@@ -1,4 +1,4 @@
-"""What a bracket tells besides the curve."""
+"""Estimates from a bracket besides the curve."""
 
 from dataclasses import dataclass, replace
 
@@ -32,7 +32,7 @@ class SeenTransfer:
 
 @dataclass(frozen=True, slots=True)
 class ExposureEstimate:
-    """What a bracket told of its exposures."""
+    """Exposures and scatter, estimated from a bracket."""
 
     relative: tuple[float, ...]
     """Exposures in the order of the inputs, the least being 1."""

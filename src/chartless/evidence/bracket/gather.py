@@ -11,9 +11,9 @@ evidence of its level, and levels next to white and black may be either. Their l
 their light, in either exposure, and pairs are compared both ways: what one way takes too high the
 other takes too low (docs/design/0011-jpeg.md).
 
-Colours are heard less than greys. What a camera does to a colour beyond its curve (a matrix,
-a gamut, a film look) moves red, green and blue against each other; of neutral pixels it
-moves none. Where the scene has no greys, colours still tell.
+Coloured pixels get less weight than grey ones. What a camera does to a colour beyond its curve (a
+matrix, a gamut, a film look) moves red, green and blue against each other; of neutral pixels it
+moves none. Where the scene has no greys, coloured pixels still count.
 """
 
 import math
@@ -481,8 +481,8 @@ def _compared(
             counts = counts.reshape(2, n_levels, n_levels)
             n_pixels = counts.sum(axis=2)
             weight = np.minimum(1.0, most / np.maximum(n_pixels, 1))
-            heard = weight * n_pixels
-            share = heard[0] / np.maximum(heard.sum(axis=0), 1e-9)
+            effective = weight * n_pixels
+            share = effective[0] / np.maximum(effective.sum(axis=0), 1e-9)
             tables[name].append(
                 Comparagram(
                     shorter,

@@ -500,7 +500,7 @@ class _Rows:
         return gain + self._given.far
 
     def add_to(self, gradient: Floats, half: Floats, turn: Floats) -> None:
-        """Add what the table tells of edges and, by `turn`, of what follows them.
+        """Accumulate gradient and half the information: edges, then unknowns mapped by `turn`.
 
         Edges within reach move the probabilities of a row by themselves; through the mean m and
         the variance s² of the row, the edges of level j do, and ln u, ln v, ln κ, ln ρ. With m

@@ -1,4 +1,4 @@
-"""What level pairs tell besides the curve."""
+"""Estimates from level pairs besides the curve."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ class NoiseError:
     log_floor: float
     """Deviation of ln v."""
     correlation: float
-    """Of the two."""
+    """Correlation of ln u and ln v."""
 
     @classmethod
     def from_covariance(cls, covariance: Floats) -> "NoiseError":

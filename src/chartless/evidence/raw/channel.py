@@ -23,6 +23,7 @@ class RawPairs(AbstractCurveEvidence):
     """Light of raw files beside the levels of their JPEGs."""
 
     kind: ClassVar[str] = "raw"
+    compares_families: ClassVar[bool] = False
 
     blocks: RawBlocks
 

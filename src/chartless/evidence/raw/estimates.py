@@ -1,11 +1,11 @@
-"""What raw files tell besides the curve."""
+"""Estimates from raw files besides the curve."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class RawEstimate:
-    """What raw files told besides the curve."""
+    """Matrix, gains and scatter, estimated from raw files."""
 
     matrix: tuple[float, float, float]
     """Weights of the raw file's red, green and blue in the channel, of sum 1."""

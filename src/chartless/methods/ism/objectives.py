@@ -175,7 +175,7 @@ def expected_shares(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> 
     variance_y = noise.variance(y)
     rho, spread = pair_variances(noise.variance(x), variance_y)
     distance = y - x
-    # Arrays of this size are cheap to fill and dear to allocate: many steps are in place.
+    # Arrays of this size are cheap to fill but expensive to allocate: many steps are in place.
     w = 2.0 / spread
     np.sqrt(w, out=w)
     w *= distance
