@@ -64,7 +64,7 @@ def at_mode(found: ChannelMode, space: AbstractCurveSpace, *, skewed: bool = Fal
     skewed : bool
         Whether curves are drawn, see `drawn_curves`, and tell mean and deviation.
     """
-    variance, noise_covariance = _variances(found, space)
+    variance = _variances(found, space)
     curve, best_variance, drawn = at_levels(found.edges), variance, None
     if skewed and isinstance(space, FreeCurve):
         drawn = drawn_curves(found, space)
@@ -74,7 +74,7 @@ def at_mode(found: ChannelMode, space: AbstractCurveSpace, *, skewed: bool = Fal
         inverse=inverse,
         inverse_std=np.sqrt(variance + (curve - inverse) ** 2),
         log_noise=found.log_noise,
-        log_noise_covariance=noise_covariance,
+        log_noise_covariance=noise_covariance(found),
         coordinate_covariance=_coordinate_covariance(found, space),
         best=found,
         best_variance=best_variance,
@@ -122,8 +122,8 @@ def integrated(
             curves[place] += parts[place] * at_levels(edges)
     of_modes = (
         [mode.log_floor for mode in modes],
-        [variance for variance, _ in within],
-        [covariance for _, covariance in within],
+        within,
+        [noise_covariance(mode) for mode in modes],
         [mode.coordinates[:n_coordinates] for mode in modes],
         [_coordinate_covariance(mode, space) for mode in modes],
     )
@@ -144,7 +144,7 @@ def integrated(
         coordinate_covariance=_spread(coordinates, weights)
         + np.tensordot(weights, covariances, axes=1),
         best=modes[top],
-        best_variance=within[top][0],
+        best_variance=within[top],
         spread=None,
     )
 
@@ -223,16 +223,20 @@ def _level_rows(n_inner: int) -> Floats:
     return np.asarray(0.5 * (np.eye(n_inner)[:, 1:] + np.eye(n_inner)[:, :-1]))
 
 
-def _variances(found: ChannelMode, space: AbstractCurveSpace) -> tuple[Floats, Floats | None]:
-    """Variance of g at the levels, shape (L,), and covariance of (ln u, ln v), if there is one."""
+def noise_covariance(found: ChannelMode) -> Floats | None:
+    """Covariance of (ln u, ln v) at a mode, shape (2, 2); None where no term reads them."""
+    if found.noise_place is None:
+        return None
+    mix = found.noise_mix
+    return np.asarray(mix.T @ covariance_of(found.mode, found.noise_place) @ mix)
+
+
+def _variances(found: ChannelMode, space: AbstractCurveSpace) -> Floats:
+    """Variance of g at the levels, shape (L,)."""
     changes = np.zeros((len(found.mode.factor), found.edges.size - 1))
     changes[found.curve_place] = space.pull(found.coordinates)(_level_rows(found.edges.size))
     roots = _roots(found.mode, changes)
-    variances = np.concatenate([[0.0], np.einsum("ij,ij->j", roots, roots), [0.0]])
-    if found.noise_place is None:
-        return variances, None
-    mix = found.noise_mix
-    return variances, mix.T @ covariance_of(found.mode, found.noise_place) @ mix
+    return np.concatenate([[0.0], np.einsum("ij,ij->j", roots, roots), [0.0]])
 
 
 def _coordinate_covariance(found: ChannelMode, space: AbstractCurveSpace) -> Floats:

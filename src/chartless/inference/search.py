@@ -170,9 +170,13 @@ class _Unknowns:
                 readers.setdefault(block.name, set()).add(term.curves)
         self._n_readers = {name: len(curves) for name, curves in readers.items()}
         self._centres = {name: space.mean for name, space in self.spaces.items()}
+        block_sizes = {name: block.size for name, block in self.blocks.items()}
         sizes = {name: mean.size for name, mean in self._centres.items()}
+        n_edges = {name: self.spaces[name].edges(mean).size for name, mean in self._centres.items()}
         self.n_coordinates = sum(sizes.values())
-        self.places = _places({**sizes, **{name: b.size for name, b in self.blocks.items()}})
+        self.places = _places({**sizes, **block_sizes})
+        self._edge_places = _places({**n_edges, **block_sizes})
+        self._n_with_edges = sum(n_edges.values()) + sum(block_sizes.values())
         self.prior_precision = block_diag(
             *(space.precision for space in self.spaces.values()),
             *(self._n_readers[name] * each.precision_along for name, each in self.blocks.items()),
@@ -194,35 +198,29 @@ class _Unknowns:
         return held
 
     @property
-    def _alone(self) -> Floats:
-        """Root of the share of the prior that belongs to one channel, shape (N,)."""
-        alone = np.ones(len(self.prior_precision))
-        for name, n_readers in self._n_readers.items():
-            alone[self.places[name]] = n_readers**-0.5
-        return alone
-
-    @property
-    def _belief(self) -> Floats:
-        """What evidence tells of each unknown counts so much, shape (N,), 0 … 1.
+    def _share(self) -> Floats:
+        """Share of one channel in what is known of each unknown, shape (N,), above 0 and up to 1.
 
         Channels show one scene by one model. What one of them gets wrong of an unknown that they
-        share, all do, and together they tell no more of it than one (docs/design/0012-house.md).
+        share, all do, and together they determine it no better than one
+        (docs/design/0012-house.md).
         """
-        belief = np.ones(len(self.prior_precision))
-        for name, block in self.blocks.items():
-            belief[self.places[name]] = 0.0 if block.held else 1 / self._n_readers[name]
-        return belief
+        share = np.ones(len(self.prior_precision))
+        for name, n_readers in self._n_readers.items():
+            share[self.places[name]] = 1 / n_readers
+        return share
 
     def believed(self, information: Floats) -> Floats:
         r"""Precision of all unknowns, given the sum of all information.
 
-        If t is what is shared or held, of the prior precision Λ, and c the rest, evidence tells
-        :math:`S = H_{tt} - H_{tc} H_{cc}^{-1} H_{ct}` of t, which counts by its belief; c follows
-        from t. It is as if the information on t were :math:`Λ + S + H_{tc} H_{cc}^{-1} H_{ct}`. A
-        belief of 0 is "cutting feedback" (Plummer 2015, doi:10.1007/s11222-014-9503-z).
+        If t is what is shared or held, of the prior precision Λ, and c the rest, the information of
+        the evidence on t is :math:`S = H_{tt} - H_{tc} H_{cc}^{-1} H_{ct}`, of which the share of
+        one channel counts, and none where t is held; c follows from t. It is as if the information
+        on t were :math:`Λ + S + H_{tc} H_{cc}^{-1} H_{ct}`. Without S it is "cutting feedback"
+        (Plummer 2015, doi:10.1007/s11222-014-9503-z).
         """
-        belief = self._belief
-        doubted = belief < 1
+        share = self._share
+        doubted = self.held | (share < 1)
         if not doubted.any():
             return information
         square, rest = np.ix_(doubted, doubted), ~doubted
@@ -232,10 +230,11 @@ class _Unknowns:
         told = information[square] - self.prior_precision[square] - followed
         values, vectors = np.linalg.eigh(told)
         told = (vectors * np.maximum(values, 0.0)) @ vectors.T  # rounding
-        root = np.sqrt(belief[doubted])
+        of_one = np.sqrt(np.outer(share, share))[square]
+        counted = np.where(self.held, 0.0, 1.0)[doubted]
         precision = information.copy()
-        prior = self.prior_precision[square] * np.outer(self._alone, self._alone)[square]
-        precision[square] = prior + told * np.outer(root, root) + followed
+        told *= np.outer(counted, counted)
+        precision[square] = (self.prior_precision[square] + told) * of_one + followed
         return precision
 
     def edges(self, values: Values) -> dict[str, Floats]:
@@ -284,10 +283,7 @@ class _Unknowns:
     def expanded(self, fits: Sequence[AbstractFit], values: Values) -> tuple[Floats, Floats]:
         """Gradient and information of the likelihood."""
         pulls = {name: space.pull(values[name]) for name, space in self.spaces.items()}
-        n_edges = {name: edges.size for name, edges in self.edges(values).items()}
-        sizes = {**n_edges, **{name: block.size for name, block in self.blocks.items()}}
-        places = _places(sizes)
-        size = sum(sizes.values())
+        places, size = self._edge_places, self._n_with_edges
         gradient, information = np.zeros(size), np.zeros((size, size))
         expansions = _on_threads(fit.expand for fit in fits)
         for term, expansion in zip(self._terms, expansions, strict=True):
