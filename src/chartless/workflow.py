@@ -16,7 +16,7 @@ from chartless.evidence._base import AbstractEvidence, by_channel
 from chartless.evidence._kind import Inputs
 from chartless.evidence.exposures import Times, exposures_of
 from chartless.evidence.plan import Plan, asked_kinds, planned
-from chartless.evidence.reader import Item, Progress, Reader, is_video, settings_of
+from chartless.evidence.reader import LEVELS, Item, Progress, Reader, is_video, settings_of
 from chartless.evidence.registry import KINDS
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource
@@ -28,7 +28,6 @@ from chartless.result.calibration import Calibration
 from chartless.result.provenance import provenance
 from chartless.types import JsonObject, Levels
 
-_LEVELS = 256  # to which frames are reduced unless asked
 _MOST_TOGETHER = 256  # levels at which kinds of evidence are put together
 DEFAULT_METHOD = "likelihood"
 
@@ -141,7 +140,7 @@ def calibrate(
         scheduler=scheduler is not None,
     )
     if n_levels is None and not any(map(is_video, task.inputs.items)):
-        n_levels = _LEVELS
+        n_levels = LEVELS
     together = len(task.plan.taken) > 1
     reader = Reader(
         channels=channels,
@@ -176,7 +175,7 @@ def calibrate(
                 "channels": channels,
                 "levels": responses[0].n_levels,
                 "mask": None if mask is None else _as_text(mask),
-                **task.options_as_json,
+                **{name: _as_text(value) for name, value in task.given.items()},
                 **calibrator.settings,
             },
             responses,
@@ -248,8 +247,8 @@ class _Task:
     """Options of each kind of evidence, by its name."""
     plan: Plan
     calibrator: AbstractCalibrator
-    given: frozenset[str]
-    """Names of the options and settings that the user gave."""
+    given: Mapping[str, object]
+    """Options that are not as usual, by name."""
 
     @classmethod
     def of(
@@ -295,34 +294,25 @@ class _Task:
         inputs = Inputs(items, names, exposures, times_given=times is not None, asked=asked)
         chosen = planned(inputs, of_kinds, method=calibrator.method, taken_by=calibrator.kinds)
         given = {
-            name
-            for name, value in options.items()
-            if (bool(value) if usual.get(name) == () else value != usual.get(name, False))
+            name: options[name]
+            for name, default in usual.items()
+            if name in options
+            and (bool(options[name]) if default == () else options[name] != default)
         }
-        return cls(inputs, of_kinds, chosen, calibrator, frozenset(given))
-
-    @property
-    def options_as_json(self) -> JsonObject:
-        """Options that the user gave, as the file keeps them."""
-        values = {
-            each: getattr(self.options[name], each)
-            for name, kind in KINDS.items()
-            for each in kind.usual
-        }
-        return {name: _as_text(value) for name, value in values.items() if name in self.given}
+        return cls(inputs, of_kinds, chosen, calibrator, given)
 
     def refuse_unused(self, **arguments: bool) -> None:
         """Refuse what would change nothing."""
         kinds = {name: KINDS[name] for name in self.plan.kinds}
         used = {each for kind in kinds.values() for each in kind.usual}
-        of_kinds = {each for kind in KINDS.values() for each in kind.usual}
-        idle = [name for name in self.given & of_kinds if name not in used]
+        idle = [name for name in self.given if name not in used]
         idle += self.calibrator.idle(self.plan.kinds)
         uses = frozenset[str]().union(*(kind.uses for kind in kinds.values()))
         idle += [name for name, is_given in arguments.items() if is_given and name not in uses]
         if idle:
             names = " and ".join(
-                f"`{name}=False`" if name == "aligned" else f"`{name}`" for name in sorted(idle)
+                f"`{name}=False`" if self.given.get(name) is False else f"`{name}`"
+                for name in sorted(idle)
             )
             msg = f"this is {self.plan.reason}, where {names} would change nothing: omit that"
             raise ParameterError(msg)
@@ -344,7 +334,7 @@ class _Task:
             evidence.append(found)
         sources = {(each.path, each.sha256): each for part in evidence for each in part.sources}
         for proposal in self.plan.taken:
-            for each in KINDS[proposal.kind].unread(self.inputs, proposal, reader):
+            for each in KINDS[proposal.kind].unread(self.inputs, proposal):
                 sources.setdefault((each.path, each.sha256), each)
         return _Read(tuple(evidence), flags, tuple(sources.values()), tuple(remarks), about)
 

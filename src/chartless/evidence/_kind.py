@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
-from chartless.evidence._base import AbstractChannelEvidence, AbstractEvidence
+from chartless.evidence._base import AbstractEvidence
 from chartless.evidence.exposures import Exposures, Groups
 from chartless.evidence.reader import Item, Reader
 from chartless.flags import Flag
@@ -80,8 +80,6 @@ class AbstractKind(ABC, Generic[O, E]):
     """As users write it."""
     title: ClassVar[str]
     """In a few words, for tables."""
-    counted: ClassVar[type[AbstractChannelEvidence]]
-    """What it has of one channel."""
     options: type[O]
     """Dataclass of what users may choose; `chartless.calibrate` takes its fields by name."""
     uses: ClassVar[frozenset[str]] = frozenset()
@@ -133,9 +131,9 @@ class AbstractKind(ABC, Generic[O, E]):
             With one sentence that says why and what to do.
         """
 
-    def unread(self, inputs: Inputs, proposal: Proposal, reader: Reader) -> Sequence[FrameSource]:
+    def unread(self, inputs: Inputs, proposal: Proposal) -> Sequence[FrameSource]:
         """Frames that were given and are not read, if no other kind reads them."""
-        del inputs, proposal, reader
+        del inputs, proposal
         return ()
 
     def remarks(self, evidence: E, *, alone: bool) -> list[str]:

@@ -19,6 +19,8 @@ from chartless.types import Bools, Levels
 if TYPE_CHECKING:
     from chartless.frames.frame import TimedFrame
 
+LEVELS = 256
+"""To which frames are reduced unless asked."""
 Item: TypeAlias = str | os.PathLike[str] | Levels
 """A frame as users give it: a file or an array."""
 Progress: TypeAlias = Callable[[str, float], None]
@@ -38,6 +40,11 @@ class Reader:
     scheduler: str | None = None
     """Address of a Dask scheduler that they run on instead."""
     progress: Progress | None = None
+
+    @property
+    def levels(self) -> int:
+        """Levels to which frames are reduced that are no video."""
+        return LEVELS if self.n_levels is None else self.n_levels
 
     def counting(self, stage: str, n_parts: int) -> Callable[[object], None]:
         """Return what is to be called with each part of the work that is done."""

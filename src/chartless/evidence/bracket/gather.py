@@ -20,7 +20,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 from typing_extensions import override
@@ -66,8 +66,6 @@ _DIM, _GROUPS, _ENOUGH = 8, 2, 100  # level above black; groups in a stop; pixel
 @dataclass(frozen=True, slots=True, eq=False)
 class BracketEvidence(AbstractEvidence):
     """What is kept of the exposures of one still scene."""
-
-    kind: ClassVar[str] = "bracket"
 
     tables: dict[str, tuple[Comparagram, ...]]
     """Of each channel, by its name: one for any two exposures, weighted."""

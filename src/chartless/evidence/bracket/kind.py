@@ -8,8 +8,7 @@ from typing_extensions import override
 
 from chartless.errors import UnfitFramesError
 from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
-from chartless.evidence.bracket.channel import ExposurePairs
-from chartless.evidence.bracket.gather import MOST_LEVELS, BracketEvidence, bracket_evidence
+from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
 from chartless.evidence.bracket.screening import exposure_rows, screen_bracket
 from chartless.evidence.reader import Reader, unread_source
 from chartless.flags import Flag
@@ -38,7 +37,6 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
 
     name: ClassVar[str] = "bracket"
     title: ClassVar[str] = "exposures of one scene"
-    counted: ClassVar[type[ExposurePairs]] = ExposurePairs
     options = BracketOptions
     uses: ClassVar[frozenset[str]] = frozenset({"times", "time_error"})
 
@@ -66,13 +64,12 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
         assert inputs.exposures is not None
         places = [group[0] for group in proposal.groups]
         first = [inputs.items[place] for place in places]
-        n_levels = MOST_LEVELS if reader.n_levels is None else reader.n_levels
         evidence = bracket_evidence(
             reader.frames(first, [place + 1 for place in places]),
             inputs.exposures.log_exposures,
             exposure_error=inputs.exposures.error,
             channels=reader.channels,
-            n_levels=n_levels,
+            n_levels=reader.levels,
             mask=reader.mask,
             bloom_radius=options.bloom_radius,
             aligned=options.aligned,
@@ -86,7 +83,7 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
         return screen_bracket(evidence)
 
     @override
-    def unread(self, inputs: Inputs, proposal: Proposal, reader: Reader) -> Sequence[FrameSource]:
+    def unread(self, inputs: Inputs, proposal: Proposal) -> Sequence[FrameSource]:
         repeats = [place for group in proposal.groups for place in group[1:]]
         return [unread_source(inputs.items[place], place) for place in repeats]
 

@@ -14,7 +14,7 @@ Two frames are held at a time, and the tables.
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 import numpy.typing as npt
@@ -40,8 +40,6 @@ _DARKEST = 0.25  # of the range: steep curves lift the noise of black
 @dataclass(frozen=True, slots=True, eq=False)
 class NoiseEvidence(AbstractEvidence):
     """What is kept of the frames of one still scene."""
-
-    kind: ClassVar[str] = "noise"
 
     tables: dict[str, Cooccurrence]
     """Co-occurrence table of each channel, by its name."""

@@ -11,7 +11,6 @@ from typing_extensions import override
 
 from chartless.errors import ParameterError
 from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
-from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.gather import NoiseEvidence, dark_histograms, joined, noise_evidence
 from chartless.evidence.noise.screening import screen
 from chartless.evidence.noise.still import ENOUGH, still_evidence
@@ -41,7 +40,6 @@ class Noise(AbstractKind[NoiseOptions, NoiseEvidence]):
 
     name: ClassVar[str] = "noise"
     title: ClassVar[str] = "noise of repeated frames"
-    counted: ClassVar[type[LevelPairs]] = LevelPairs
     options = NoiseOptions
     uses: ClassVar[frozenset[str]] = frozenset({"times", "jobs", "scheduler"})
 
@@ -134,13 +132,12 @@ def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> Nois
                 channels=reader.channels,
                 mask=reader.mask,
             )
-    n_levels = 256 if reader.n_levels is None else reader.n_levels
     if not several:
         on_frame = reader.counting(_READING, len(items))
         frames = reader.frames(items, [place + 1 for place in places])
         return noise_evidence(
             frames,
-            n_levels=n_levels,
+            n_levels=reader.levels,
             on_frame=on_frame,
             channels=reader.channels,
             mask=reader.mask,
@@ -153,7 +150,7 @@ def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> Nois
 
     return noise_evidence_of_files(
         paths,
-        n_levels=n_levels,
+        n_levels=reader.levels,
         jobs=reader.jobs,
         scheduler=reader.scheduler,
         on_chunk=lambda done, total: reader.tell(_READING, done / total),

@@ -10,7 +10,7 @@ fit (`chartless.evidence.raw.term`).
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 import numpy.typing as npt
@@ -38,8 +38,6 @@ _LEAST_LIGHT = 1e-4  # of saturation
 @dataclass(frozen=True, slots=True, eq=False)
 class RawEvidence(AbstractEvidence):
     """What is kept of shots that were stored twice."""
-
-    kind: ClassVar[str] = "raw"
 
     blocks: dict[str, RawBlocks]
     """Of each channel, by its name."""

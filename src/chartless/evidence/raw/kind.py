@@ -11,7 +11,6 @@ from typing_extensions import override
 
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
-from chartless.evidence.raw.channel import RawPairs
 from chartless.evidence.raw.gather import RawEvidence, raw_evidence
 from chartless.evidence.raw.screening import screen_raw
 from chartless.evidence.reader import Item, Reader
@@ -40,7 +39,6 @@ class Raw(AbstractKind[RawOptions, RawEvidence]):
 
     name: ClassVar[str] = "raw"
     title: ClassVar[str] = "raw files beside their pictures"
-    counted: ClassVar[type[RawPairs]] = RawPairs
     options = RawOptions
 
     @override
@@ -66,11 +64,10 @@ class Raw(AbstractKind[RawOptions, RawEvidence]):
                 yield reader.raw_picture(original), reader.picture(picture)
                 on_shot(picture)
 
-        n_levels = _MOST_LEVELS if reader.n_levels is None else reader.n_levels
         return raw_evidence(
             shots(),
             channels=reader.channels,
-            n_levels=min(n_levels, _MOST_LEVELS),
+            n_levels=min(reader.levels, _MOST_LEVELS),
             mask=reader.mask,
         )
 
