@@ -112,9 +112,7 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
         return self
 
     @abstractmethod
-    def judged(
-        self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm, *, alone: bool
-    ) -> Judgement:
+    def judged(self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm) -> Judgement:
         """Say what the search found.
 
         Parameters
@@ -123,8 +121,6 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
         found : ChannelMode
         term : AbstractTerm
             That of this evidence, as the search used it.
-        alone : bool
-            Whether nothing else distinguishes f from f^γ.
         """
 
 
@@ -152,15 +148,12 @@ class ChannelEvidence:
 
     @property
     def of_curve(self) -> tuple[AbstractCurveEvidence, ...]:
-        """Parts that tell the curve without knowing the noise."""
+        """Parts that determine the curve without knowledge of the noise."""
         return tuple(part for part in self.parts if isinstance(part, AbstractCurveEvidence))
 
 
 class AbstractEvidence(ABC):
     """Evidence of one kind in all channels, as it was read."""
-
-    kind: ClassVar[str]
-    """Name of the kind, as users write it."""
 
     sources: tuple[FrameSource, ...]
     """Files and arrays that it is from."""

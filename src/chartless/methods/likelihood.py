@@ -27,7 +27,6 @@ from chartless.evidence.noise.channel import LevelPairs, independent_share
 from chartless.evidence.noise.estimates import NoiseError
 from chartless.evidence.noise.judgement import judged_alone, judged_beside
 from chartless.evidence.noise.likelihood import PairCounts, with_scene
-from chartless.evidence.noise.outliers import Cleaned, without_outliers
 from chartless.evidence.noise.start import noise_given_curve, noise_level_start
 from chartless.evidence.noise.term import (
     PAIR_WEIGHT,
@@ -43,7 +42,13 @@ from chartless.inference.block import Values, curve_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate, with_mean_bands
 from chartless.inference.noise_block import NoiseBlock, affine, noise_name
-from chartless.inference.posterior import Posterior, at_levels, at_mode, integrated
+from chartless.inference.posterior import (
+    Posterior,
+    at_levels,
+    at_mode,
+    integrated,
+    noise_covariance,
+)
 from chartless.inference.ridge import RATIOS, at_ratio, belief, ridge
 from chartless.inference.search import Mode, maximise
 from chartless.inference.term import AbstractTerm
@@ -76,8 +81,6 @@ class Ridge:
     modes: list[ChannelMode]
     share: float
     """Weight of the pairs' evidence along the ridge."""
-    still: Cleaned
-    """The table without what moved."""
 
     @property
     def settled(self) -> bool:
@@ -180,12 +183,10 @@ class LikelihoodSearch(AbstractCalibrator):
             others = [each.modes for each in found if self.shared_noise and each is not own]
             posterior = integrated(own.modes, own.space, own.share, others=others)
             estimate = CurveEstimate.of(posterior, own.space)
-            told = judged_alone(estimate, posterior, own.space, own.still)
-            responses.append(
-                self._response(
-                    evidence, told, _Noise.of(posterior), posterior.best.mode, settled=own.settled
-                )
-            )
+            told = judged_alone(estimate, posterior, own.space, evidence[LevelPairs].still)
+            noise = _Noise.of(posterior.log_noise, posterior.log_noise_covariance)
+            best = posterior.best.mode
+            responses.append(self._response(evidence, told, noise, best, settled=own.settled))
         return tuple(responses)
 
     def ridge(self, pairs: LevelPairs, progress: ChannelProgress | None = None) -> Ridge:
@@ -198,8 +199,7 @@ class LikelihoodSearch(AbstractCalibrator):
             Called with the share of the work done.
         """
         channel = "Y"
-        still = without_outliers(pairs.table)
-        counts = self._pair_counts(pairs, still)
+        counts = self._pair_counts(pairs)
         space = self._space(counts.n_levels)
         usual = self.noise_prior.centre
         start, scene = noise_level_start(counts, self._prior(counts.n_levels), usual)
@@ -220,37 +220,49 @@ class LikelihoodSearch(AbstractCalibrator):
         modes = ridge([term], channel, space, first.mode.values, share, on_mode=on_mode)
         if progress is not None:
             progress(1.0)
-        return Ridge(space, modes, share, still)
+        return Ridge(space, modes, share)
 
     # Anything else, with level pairs or without
 
     def _of_curves(self, channels: Sequence[ChannelEvidence]) -> tuple[Response, ...]:
         search = self._settled(channels)
-        any_curve = self._free if self.model is not None else None
-        free = search if any_curve is None else any_curve._settled(channels)  # noqa: SLF001 - own
+        any_curve = None
+        if self.model is not None:
+            any_curve = self._free._settled(channels).last  # noqa: SLF001 - of this class
+        singles = self._singles(search.parts)
         aside = with_pairs = None
         if any(len(search.parts[each.channel]) < len(each.of_curve) for each in channels):
-            aside = self._free._searched(_parts_of(channels))  # noqa: SLF001 - own
+            aside = self._free._searched(_parts_of(channels))  # noqa: SLF001 - of this class
         if channels[0].get(LevelPairs) is not None:
             with_pairs = self._searched(search.parts, self._pairs_of(channels))
         responses = []
         for each in channels:
             channel = each.channel
-            told = search.judged(channel, None if free is search else free)
-            if len(search.parts[channel]) > 1:
-                told = _both(told, self._disagreement(search.parts, channel, told.estimate))
+            told = _judged(channel, search.parts, search.last, any_curve)
+            shown = [_judged(channel, parts, single, None).estimate for parts, single in singles]
+            told = _both(told, _disagreement(told.estimate, shown))
             if aside is not None:
                 told = _told_aside(each, search.parts[channel], told, aside)
-            found = search.last.found[channel]
-            noise, settled = _Noise.of(at_mode(found, search.last.space)), search.settled(channel)
+            noise, settled = _Noise.at(search.last.found[channel]), search.settled(channel)
             if with_pairs is not None:
                 joint = with_pairs.found[channel]
-                told = _both(told, _judged_pairs(each, told.estimate, joint))
-                noise = _Noise.of(at_mode(joint, search.last.space)).beside(told.estimate, joint)
+                (fit,) = (fit for fit in joint.mode.fits if isinstance(fit, PairFit))
+                told = _both(told, judged_beside(told.estimate, each[LevelPairs].still, fit))
+                noise = _Noise.at(joint).beside(told.estimate, joint)
                 settled = settled and joint.mode.settled
             mode = search.first.found[channel].mode
             responses.append(self._response(each, told, noise, mode, settled=settled))
         return tuple(responses)
+
+    def _singles(self, parts: Parts) -> list[tuple[Parts, Searched]]:
+        """Searches of any curve by each kind of evidence alone; none where there is only one."""
+        n_kinds = len(next(iter(parts.values())))
+        if n_kinds == 1:
+            return []
+        alone: list[Parts] = [
+            {channel: [own[place]] for channel, own in parts.items()} for place in range(n_kinds)
+        ]
+        return [(each, self._free._searched(each)) for each in alone]  # noqa: SLF001 - own
 
     def _settled(self, channels: Sequence[ChannelEvidence]) -> "_Search":
         """Search the curves, after a first search where exposures are not known."""
@@ -276,25 +288,6 @@ class LikelihoodSearch(AbstractCalibrator):
         """The same method for any curve."""
         return replace(self, model=None)
 
-    def _disagreement(self, parts: Parts, channel: str, estimate: CurveEstimate) -> Judgement:
-        """Compare what single kinds of evidence show of any curve with what all show together.
-
-        A kind whose shape is further away than its own band allows is flagged, and the band holds
-        it: one of them is wrong, and which one nobody knows.
-        """
-        flags: tuple[Flag, ...] = ()
-        for part in parts[channel]:
-            alone = {channel: [part]}
-            shown = _judged(channel, alone, self._free._searched(alone), None)  # noqa: SLF001 - own
-            light = shown.estimate.inverse_lut
-            scale = float(light @ estimate.inverse_lut / (light @ light))
-            off = scale * light - estimate.inverse_lut
-            std = shown.estimate.shape_or_all
-            if np.mean(off**2) > _FAR_APART**2 * np.mean(std**2) + _ALIKE**2:
-                flags = (Flag.DISAGREEMENT,)
-                estimate = estimate.with_level_errors(off)
-        return Judgement(estimate, flags, {})
-
     def _searched(self, parts: Parts, more: MoreTerms | None = None) -> Searched:
         everything = [part for own in parts.values() for part in own]
         n_levels = everything[0].n_levels
@@ -309,9 +302,10 @@ class LikelihoodSearch(AbstractCalibrator):
             terms: list[AbstractTerm] = []
             begin: dict[str, Floats] = {}
             for each in channels:
-                still = without_outliers(each[LevelPairs].table)
-                most = RIDGE_PAIRS / max(still.table.n_pairs, 1) * self.weight / PAIR_WEIGHT
-                counts = self._pair_counts(each[LevelPairs], still, most)
+                pairs = each[LevelPairs]
+                n_pairs = max(pairs.still.table.n_pairs, 1)
+                most = RIDGE_PAIRS / n_pairs * self.weight / PAIR_WEIGHT
+                counts = self._pair_counts(pairs, most)
                 term, own = self._pair_term(counts, edges[curve_name(each.channel)], each.channel)
                 terms.append(term)
                 begin.update(own)
@@ -319,9 +313,9 @@ class LikelihoodSearch(AbstractCalibrator):
 
         return more
 
-    def _pair_counts(self, pairs: LevelPairs, still: Cleaned, most: float = 1.0) -> PairCounts:
+    def _pair_counts(self, pairs: LevelPairs, most: float = 1.0) -> PairCounts:
         weight = min(self.weight * independent_share(pairs.n_frames), most)
-        return PairCounts.of(still.table, dark=pairs.dark, weight=weight)
+        return PairCounts.of(pairs.still.table, dark=pairs.dark, weight=weight)
 
     def _pair_term(
         self, counts: PairCounts, edges: Floats, channel: str
@@ -392,12 +386,16 @@ class _Noise(NamedTuple):
     error: NoiseError | None
 
     @classmethod
-    def of(cls, posterior: Posterior) -> "_Noise":
-        """Noise of a posterior."""
-        if posterior.log_noise is None or posterior.log_noise_covariance is None:
+    def of(cls, log_noise: Floats | None, covariance: Floats | None) -> "_Noise":
+        """Noise of the mean of (ln u, ln v) and their covariance."""
+        if log_noise is None or covariance is None:
             return cls(None, None)
-        error = NoiseError.from_covariance(posterior.log_noise_covariance)
-        return cls(affine(posterior.log_noise), error)
+        return cls(affine(log_noise), NoiseError.from_covariance(covariance))
+
+    @classmethod
+    def at(cls, found: ChannelMode) -> "_Noise":
+        """Noise at a mode."""
+        return cls.of(found.log_noise, noise_covariance(found))
 
     def beside(self, estimate: CurveEstimate, joint: ChannelMode) -> "_Noise":
         """Noise of level pairs in units of a curve that other evidence tells.
@@ -434,7 +432,7 @@ def _told_aside(
     kinds = {part.kind for part in used}
     for part, term in zip(evidence.of_curve, everything.terms[channel], strict=True):
         if part.kind not in kinds:
-            aside = part.judged(told.estimate, found, term, alone=False)
+            aside = part.judged(told.estimate, found, term)
             told = _both(told, aside._replace(estimate=told.estimate))
     return told
 
@@ -451,12 +449,6 @@ class _Search:
     def settled(self, channel: str) -> bool:
         """Whether both came to their end."""
         return all(each.found[channel].mode.settled for each in (self.first, self.last))
-
-    def judged(self, channel: str, any_curve: "_Search | None") -> Judgement:
-        """What it means for the kinds of evidence that were used."""
-        return _judged(
-            channel, self.parts, self.last, None if any_curve is None else any_curve.last
-        )
 
 
 def _parts_of(channels: Sequence[ChannelEvidence]) -> Parts:
@@ -476,12 +468,27 @@ def _judged(channel: str, parts: Parts, result: Searched, any_curve: Searched | 
         told = _missed(estimate, at_mode(any_curve.found[channel], any_curve.space, skewed=True))
     bare, widened = told.estimate, []
     for part, term in zip(parts[channel], result.terms[channel], strict=True):
-        others = [each for each in parts[channel] if each is not part]
-        alone = not any(each.tells_exponent for each in others)
-        own = part.judged(bare, found, term, alone=alone)
+        own = part.judged(bare, found, term)
         widened.append(own.estimate)
-        told = _both(told, own._replace(estimate=with_mean_bands(widened)))
-    return told
+        told = _both(told, own)
+    return told._replace(estimate=with_mean_bands(widened))
+
+
+def _disagreement(estimate: CurveEstimate, singles: Sequence[CurveEstimate]) -> Judgement:
+    """Compare what single kinds of evidence show with what all show together.
+
+    A kind whose shape is further away than its own band allows is flagged, and the band holds
+    it: one of them is wrong, and which one nobody knows.
+    """
+    flags: tuple[Flag, ...] = ()
+    for shown in singles:
+        light = shown.inverse_lut
+        scale = float(light @ estimate.inverse_lut / (light @ light))
+        off = scale * light - estimate.inverse_lut
+        if np.mean(off**2) > _FAR_APART**2 * np.mean(shown.shape_or_all**2) + _ALIKE**2:
+            flags = (Flag.DISAGREEMENT,)
+            estimate = estimate.with_level_errors(off)
+    return Judgement(estimate, flags, {})
 
 
 def _missed(estimate: CurveEstimate, any_curve: Posterior) -> Judgement:
@@ -500,14 +507,6 @@ def _missed(estimate: CurveEstimate, any_curve: Posterior) -> Judgement:
 def _beyond(error: Floats | float, std: Floats | float) -> Floats:
     """What is left of an error beyond a deviation."""
     return np.asarray(np.sqrt(np.maximum(np.square(error) - np.square(std), 0.0)))
-
-
-def _judged_pairs(
-    evidence: ChannelEvidence, estimate: CurveEstimate, joint: ChannelMode
-) -> Judgement:
-    still = without_outliers(evidence[LevelPairs].table)
-    (fit,) = (fit for fit in joint.mode.fits if isinstance(fit, PairFit))
-    return judged_beside(estimate, still, fit)
 
 
 def _both(first: Judgement, then: Judgement) -> Judgement:

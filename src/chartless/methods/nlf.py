@@ -13,7 +13,7 @@ from chartless.evidence._base import ChannelEvidence
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.evidence.noise.misfit import is_gaussian
-from chartless.evidence.noise.outliers import SOME_MOVERS, without_outliers
+from chartless.evidence.noise.outliers import SOME_MOVERS
 from chartless.evidence.noise.start import noise_level_start
 from chartless.flags import Flag
 from chartless.inference.posterior import at_levels, deviations_at_levels
@@ -50,9 +50,10 @@ class NoiseLevelSearch(AbstractChannelCalibrator):
 
     @override
     def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
-        table = evidence[LevelPairs].table
+        pairs = evidence[LevelPairs]
+        table = pairs.table
         prior = self.prior or measured_prior(table.n_levels)
-        still, outliers = without_outliers(table)
+        still, outliers = pairs.still
         counts = PairCounts.of(still)
         fit, scene = noise_level_start(counts, prior, self.noise_prior.centre)
         ratio = self.noise_prior.centre.ratio

@@ -118,12 +118,8 @@ class ExposurePairs(AbstractCurveEvidence):
         )
 
     @override
-    def judged(
-        self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm, *, alone: bool
-    ) -> Judgement:
+    def judged(self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm) -> Judgement:
         assert isinstance(term, ExposureTerm)
         error = self.exponent_error
-        told = judged(
-            estimate, found, term.counts, exponent_error=error, noted=self.noted, alone=alone
-        )
+        told = judged(estimate, found, term.counts, exponent_error=error, noted=self.noted)
         return told._replace(estimate=told.estimate.with_exponent_error(error))

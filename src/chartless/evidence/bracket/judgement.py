@@ -51,7 +51,6 @@ def judged(
     *,
     exponent_error: float,
     noted: tuple[Flag, ...],
-    alone: bool,
 ) -> Judgement:
     """Judge a search.
 
@@ -65,11 +64,10 @@ def judged(
         Deviation of ln γ by exposures that a first search settled.
     noted : tuple of Flag
         What that search said of the exposures.
-    alone : bool
-        Whether nothing else tells f from f^γ.
     """
     log_exposures, error = exposures_found(counts, found)
-    least = least_exponent_error(counts, noise_known=not alone)
+    # Exposures that are free here were found beside other evidence, which determines γ.
+    least = least_exponent_error(counts, noise_known=True)
     error = float(np.hypot(np.hypot(error, least), exponent_error))
     scatter = float(np.exp(found.mode.values[scatter_name(found.channel)][0]))
     relative = np.exp(log_exposures - log_exposures.min())
@@ -79,7 +77,6 @@ def judged(
         (Flag.SCATTER, scatter > _MUCH_SCATTER),
     )
     flags = (*noted, *(flag for flag, holds in doubts if holds))
-    estimate = estimate.with_exponent_error(least)
     white_error = float(np.hypot(counts.white_error, _unseen_error(counts, estimate)))
     estimate = estimate.with_white_error(white_error)
     noise = found.noise

@@ -347,9 +347,9 @@ class ExposureModel:
             rows.add_to(gradient, half, turn)
         return Expansion(self.log_likelihood(), gradient, half + half.T)
 
-    def informed(self) -> tuple[ExposureCounts, Floats]:
-        """Counts with shifts, weights and noise of rows as this state asks for; own unknowns."""
-        counts, own = self._counts, self._own
+    def informed(self) -> ExposureCounts:
+        """Counts with shifts, weights and noise of rows as this state asks for."""
+        counts = self._counts
         keeps = counts.own_noise and counts.exposure_error > 0
         assert self.noise is not None
         shifts = [_shift(table.histogram, self._edges, self.noise) for table in counts.tables]
@@ -362,9 +362,7 @@ class ExposureModel:
             )
             for table, rows, shift in zip(counts.tables, self._rows, shifts, strict=True)
         ]
-        if keeps:
-            own = np.concatenate([own[:1], np.zeros(1), own[counts.first_change :]])
-        return replace(counts, tables=tuple(tables)), own
+        return replace(counts, tables=tuple(tables))
 
 
 def _shift(histogram: Floats, edges: Floats, noise: AffineNoise) -> Floats:

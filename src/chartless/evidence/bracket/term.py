@@ -100,8 +100,7 @@ class ExposureTerm(AbstractTerm):
         """Term with weights, shifts and noise of rows: once."""
         if self.counts.tables[0].weight is not None:
             return self
-        counts, _ = self.fit(edges, values).model.informed()
-        return replace(self, counts=counts)
+        return replace(self, counts=self.fit(edges, values).model.informed())
 
 
 @final

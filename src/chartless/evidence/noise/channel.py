@@ -1,17 +1,19 @@
 """What noise tells of one channel."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, final
 
 from typing_extensions import override
 
 from chartless.evidence._base import AbstractChannelEvidence
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.outliers import Cleaned, without_outliers
 from chartless.types import Counts
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class LevelPairs(AbstractChannelEvidence):
     """Level pairs of frames of one exposure."""
 
@@ -22,6 +24,11 @@ class LevelPairs(AbstractChannelEvidence):
     """Frames that the table was counted from, each compared with the next."""
     dark: Counts | None = None
     """How often each level occurs in frames taken with the lens covered, shape (L,)."""
+
+    @cached_property
+    def still(self) -> Cleaned:
+        """The table without what moved."""
+        return without_outliers(self.table)
 
     @property
     @override

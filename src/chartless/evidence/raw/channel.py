@@ -1,6 +1,7 @@
 """What raw files tell of one channel."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, final
 
 from typing_extensions import override
@@ -18,7 +19,7 @@ from chartless.types import Floats
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class RawPairs(AbstractCurveEvidence):
     """Light of raw files beside the levels of their JPEGs."""
 
@@ -26,6 +27,10 @@ class RawPairs(AbstractCurveEvidence):
     compares_families: ClassVar[bool] = False
 
     blocks: RawBlocks
+
+    @cached_property
+    def _model(self) -> RawModel:
+        return RawModel(self.blocks)
 
     @property
     @override
@@ -45,16 +50,13 @@ class RawPairs(AbstractCurveEvidence):
     @override
     def term(self, channel: str, *, noise_known: bool) -> RawTerm:
         del noise_known
-        return RawTerm(RawModel(self.blocks), channel)
+        return RawTerm(self._model, channel)
 
     @override
     def start(self, channel: str, edges: Floats) -> Values:
-        return {raw_name(channel): RawModel(self.blocks).start(edges)}
+        return {raw_name(channel): self._model.start(edges)}
 
     @override
-    def judged(
-        self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm, *, alone: bool
-    ) -> Judgement:
-        del alone
+    def judged(self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm) -> Judgement:
         assert isinstance(term, RawTerm)
         return judged(estimate, found, term)
