@@ -338,9 +338,9 @@ def ours(shot: Shot) -> JsonObject:
         "reason": str(verdict(found.channels)),
         "flags": sorted({flag.code for each in found.channels for flag in each.flags}),
         "stops": [
-            float(np.ptp(np.log2(each.exposures.relative)))
+            float(np.ptp(np.log2(each.account("bracket")["exposures"])))
             for each in found.channels
-            if each.exposures is not None
+            if "bracket" in each.kinds
         ],
         "channels": [
             {name: getattr(each, name) for name in Measured.__dataclass_fields__}

@@ -33,9 +33,9 @@ from skimage.data import astronaut
 
 from chartless.cli import main as chartless
 from chartless.curves import named_curve
+from chartless.formats.calibration_file import save
 from chartless.images import read_frame, write_image
 from chartless.result.calibration import Calibration
-from chartless.result.file import save
 from chartless.result.response import Response, Status
 from chartless.types import Levels
 

@@ -132,8 +132,7 @@ def real(data: Path, *, offset: bool = False) -> list[Row]:
         evidence = raw_evidence(crops(data, bracket.name))
         for channel, truth in zip(CHANNELS, bracket.truth, strict=True):
             response = LikelihoodSearch().calibrate(evidence.channel(channel), channel=channel)
-            assert response.raw is not None
-            gains = np.array(response.raw.gains)
+            gains = np.array(response.account("raw")["gains"])
             rows.append(judged(f"{bracket.name} {channel}", response, truth, gains))
     return rows
 

@@ -24,9 +24,9 @@ from chartless.errors import (
     UnknownNameError,
 )
 from chartless.evidence.noise.channel import LevelPairs
+from chartless.formats.calibration_file import to_json
 from chartless.images import write_image
 from chartless.methods import LikelihoodSearch
-from chartless.result.file import to_json
 
 Levels = npt.NDArray[Any]
 ONE_ARRAY = "frames must be a list of files or arrays, not one array of shape"
@@ -315,9 +315,9 @@ def test_repeats_of_two_exposures_are_added_up(monkeypatch: pytest.MonkeyPatch) 
     response = calibrate(frames, times=[1, 1, 1, 4, 4], n_levels=64).channel("Y")
 
     assert told == [3]  # of the longer run: they do not go on from one another
-    assert response.table is not None
-    assert response.table.n_pairs <= sum(alone)
-    assert response.table.n_pairs > 0.99 * sum(alone)
+    table = response.account("noise").record
+    assert table.n_pairs <= sum(alone)
+    assert table.n_pairs > 0.99 * sum(alone)
 
 
 def test_a_mask_chooses_pixels_of_exposures_and_of_repeats() -> None:
@@ -467,6 +467,5 @@ def test_two_jpegs_of_nearly_one_exposure_leave_the_exponent_open(
 
     response = calibrate(paths, times=[1, ratio], time_error=0.045).channel("Y")
 
-    assert response.exposures is not None
-    assert response.exposures.exponent_error > 0.1
+    assert response.account("bracket")["exponent_error"] > 0.1
     assert chartless.Flag.EXPONENT_UNKNOWN in response.flags

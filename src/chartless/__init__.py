@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from chartless.errors import ChartlessError as ChartlessError
     from chartless.evidence.noise.cooccurrence import Cooccurrence as Cooccurrence
     from chartless.flags import Flag as Flag
+    from chartless.formats.calibration_file import load as load
+    from chartless.formats.calibration_file import save as save
     from chartless.methods import CALIBRATORS as CALIBRATORS
     from chartless.models import MODELS as MODELS
     from chartless.noise import AffineNoise as AffineNoise
     from chartless.noise import NoisePrior as NoisePrior
     from chartless.result.calibration import Calibration as Calibration
-    from chartless.result.file import load as load
-    from chartless.result.file import save as save
     from chartless.result.response import Response as Response
     from chartless.result.response import rmse as rmse
     from chartless.simulate import simulate_frames as simulate_frames
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Calibration": "result.calibration",
-    "load": "result.file",
-    "save": "result.file",
+    "load": "formats.calibration_file",
+    "save": "formats.calibration_file",
     "CALIBRATORS": "methods",
     "Cooccurrence": "evidence.noise.cooccurrence",
     "ModelCurve": "curves",

@@ -1,15 +1,14 @@
 """What may be doubtful about a calibration, in words: the flags of a result.
 
-A result that exists but deserves less trust is flagged, not refused; one that does not explain its
-evidence has a pattern of misfit besides. The values are what calibration files hold; `advice` is
-what people are shown.
+A result that exists but deserves less trust is flagged, not refused. The values are what
+calibration files hold; `advice` is what people are shown.
 """
 
 from enum import Enum
 from typing import Self
 
 
-class _Advice(Enum):
+class Advice(Enum):
     """Words with a name for files."""
 
     def __repr__(self) -> str:
@@ -35,7 +34,7 @@ class _Advice(Enum):
         raise ValueError(msg)
 
 
-class Flag(_Advice):
+class Flag(Advice):
     """A doubt about a result, with what to do about it."""
 
     LEVELS_UNSEEN = (
@@ -182,46 +181,5 @@ class Flag(_Advice):
         (
             "the search was still improving when it stopped: trust the curve less; the methods "
             "ism-… take more `rounds`"
-        ),
-    )
-
-
-class Pattern(_Advice):
-    """How the level pairs differ from what the model expects, with what makes them so."""
-
-    PEAKED = (
-        "peaked",
-        (
-            "more pixels hardly change and more change a lot than Gaussian noise makes them, the "
-            "mark of denoising and compression: switch these off or use a higher quality"
-        ),
-    )
-    FAR_TAILS = (
-        "far-tails",
-        (
-            "some pixels change far more than the others, the mark of movers, flicker and faulty "
-            "pixels: keep the scene still or leave such parts out with a `mask`"
-        ),
-    )
-    FLAT_TOPPED = (
-        "flat-topped",
-        (
-            "no pixel changes as much as Gaussian noise makes some, the mark of noise that was "
-            "limited, dithered or made up: give frames as the camera writes them"
-        ),
-    )
-    LEVEL_WISE = (
-        "level-wise",
-        (
-            "single levels occur more or less often than their neighbours, the mark of stretching, "
-            "tone mapping and few bits: give frames as the camera writes them"
-        ),
-    )
-    NOISE_LEVEL = (
-        "noise-level",
-        (
-            "the noise is Gaussian but not as strong at each level as the model has it, the mark "
-            "of a family too stiff for the camera and of processing that depends on brightness: "
-            "switch HDR off, and omit `model`"
         ),
     )

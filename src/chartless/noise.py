@@ -110,6 +110,24 @@ class AffineNoise:
 
 
 @dataclass(frozen=True, slots=True)
+class NoiseError:
+    """How sure the noise parameters are."""
+
+    log_slope: float
+    """Deviation of ln u, so about the relative error of u."""
+    log_floor: float
+    """Deviation of ln v."""
+    correlation: float
+    """Correlation of ln u and ln v."""
+
+    @classmethod
+    def from_covariance(cls, covariance: Floats) -> "NoiseError":
+        """Errors of a covariance of (ln u, ln v), shape (2, 2)."""
+        slope, floor = np.sqrt(np.diag(covariance))
+        return cls(float(slope), float(floor), float(covariance[0, 1] / (slope * floor)))
+
+
+@dataclass(frozen=True, slots=True)
 class NoisePrior:
     """What is known of the noise before any picture: (ln u, ln v) is normally distributed.
 

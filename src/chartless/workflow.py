@@ -24,8 +24,10 @@ from chartless.frames.levels import require_levels
 from chartless.frames.pictures import listed
 from chartless.methods import CALIBRATORS, AbstractCalibrator
 from chartless.models import MODELS
+from chartless.result.account import Reading
 from chartless.result.calibration import Calibration
 from chartless.result.provenance import provenance
+from chartless.result.response import Response
 from chartless.types import JsonObject, Levels
 
 _MOST_TOGETHER = 256  # levels at which kinds of evidence are put together
@@ -33,7 +35,7 @@ DEFAULT_METHOD = "likelihood"
 
 
 def calibrate(
-    frames: Sequence[str | os.PathLike[str] | Levels],
+    frames: Sequence[str | os.PathLike[str] | Levels] = (),
     *,
     model: str | None = None,
     method: str | AbstractCalibrator | None = None,
@@ -61,7 +63,7 @@ def calibrate(
         read in order; two are in memory at a time, and two more that are decoded ahead.
         Or one video, ``["clip.mp4"]``, of which the longest still part is used (see
         `chartless.evidence.noise.still`). An array of shape (K, M, N) or (K, M, N, 3) is a sequence
-        of K frames.
+        of K frames. None are needed where `points` are given.
     model : str, optional
         Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
         curve at all (likelihood, nlf) or ameegc2-exact (ism-bin, ism-sampled).
@@ -91,9 +93,9 @@ def calibrate(
     progress : callable, optional
     **options
         Options of kinds of evidence: ``dark`` (noise: frames with the lens covered), ``aligned``
-        and ``bloom_radius`` (bracket), ``raw`` (raw: the raw file of each frame); see
-        `NoiseOptions`, `BracketOptions` and `RawOptions` in their folders. And settings of the
-        method, such as ``rounds=30`` or, of likelihood, ``shared_noise=True``.
+        and ``bloom_radius`` (bracket), ``raw`` (raw: the raw file of each frame), ``points`` (a
+        table of measured points); the module ``options`` of each kind describes them. And settings
+        of the method, such as ``rounds=30`` or, of likelihood, ``shared_noise=True``.
 
     Returns
     -------
@@ -159,13 +161,13 @@ def calibrate(
             {name: each.parts for name, each in by_channel(read.evidence).items()},
             progress=None if progress is None else partial(progress, "estimating"),
         )
-    kept = responses[0].table is not None  # level pairs are of the levels that were compared
-    if n_levels is not None and responses[0].n_levels != n_levels and not kept:
+    if n_levels is not None and responses[0].n_levels != n_levels and _is_scalable(responses[0]):
         responses = tuple(each.at_levels(n_levels) for each in responses)
     responses = tuple(each.with_flags(*read.flags[each.name]) for each in responses)
     return Calibration(
         channels=responses,
         bit_depth=read.evidence[0].bit_depth,
+        evidence=task.readings(read, responses),
         provenance=provenance(
             read.sources,
             {
@@ -179,14 +181,13 @@ def calibrate(
                 **calibrator.settings,
             },
             responses,
-            exposures=read.about.get("exposures"),
             remarks=[*_left_out(read.sources), *read.remarks],
         ),
     )
 
 
 def plan(
-    frames: Sequence[str | os.PathLike[str] | Levels],
+    frames: Sequence[str | os.PathLike[str] | Levels] = (),
     *,
     method: str | AbstractCalibrator | None = None,
     evidence: str | Sequence[str] = "auto",
@@ -234,8 +235,6 @@ class _Read:
     """Doubts about each channel, by its name."""
     sources: tuple[FrameSource, ...]
     remarks: tuple[str, ...]
-    about: Mapping[str, Any]
-    """What else the file says of the evidence."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -292,7 +291,10 @@ class _Task:
                 checked=not asked,
             )
         inputs = Inputs(items, names, exposures, times_given=times is not None, asked=asked)
-        chosen = planned(inputs, of_kinds, method=calibrator.method, taken_by=calibrator.kinds)
+        taken_by = [
+            name for name, kind in KINDS.items() if issubclass(kind.holds, calibrator.takes)
+        ]
+        chosen = planned(inputs, of_kinds, method=calibrator.method, taken_by=taken_by)
         given = {
             name: options[name]
             for name, default in usual.items()
@@ -322,7 +324,6 @@ class _Task:
         evidence: list[AbstractEvidence] = []
         flags: dict[str, tuple[Flag, ...]] = {}
         remarks: list[str] = []
-        about: dict[str, Any] = {}
         alone = len(self.plan.taken) == 1
         for proposal in self.plan.taken:
             kind, options = KINDS[proposal.kind], self.options[proposal.kind]
@@ -330,13 +331,44 @@ class _Task:
             for name, own in kind.screened(found, alone=alone).items():
                 flags[name] = (*flags.get(name, ()), *own)
             remarks += kind.remarks(found, alone=alone)
-            about.update(kind.provenance(found))
             evidence.append(found)
         sources = {(each.path, each.sha256): each for part in evidence for each in part.sources}
         for proposal in self.plan.taken:
             for each in KINDS[proposal.kind].unread(self.inputs, proposal):
                 sources.setdefault((each.path, each.sha256), each)
-        return _Read(tuple(evidence), flags, tuple(sources.values()), tuple(remarks), about)
+        return _Read(tuple(evidence), flags, tuple(sources.values()), tuple(remarks))
+
+    def readings(self, read: _Read, responses: Sequence[Response]) -> tuple[Reading, ...]:
+        """What was read of each kind, for those who look at the result."""
+        places = {(each.path, each.sha256): n for n, each in enumerate(read.sources)}
+
+        def place(source: FrameSource) -> int:
+            return places[source.path, source.sha256]
+
+        readings = []
+        for proposal, evidence in zip(self.plan.taken, read.evidence, strict=True):
+            kind = KINDS[proposal.kind]
+            accounts = {
+                each.name: each.account(kind.name) for each in responses if kind.name in each.kinds
+            }
+            example = kind.example(evidence)
+            readings.append(
+                Reading(
+                    kind=kind.name,
+                    title=kind.title,
+                    sentence=proposal.sentence,
+                    inputs=tuple(map(place, evidence.sources)),
+                    tables=kind.tables(evidence, accounts),
+                    example=None if example is None else place(example),
+                )
+            )
+        return tuple(readings)
+
+
+def _is_scalable(response: Response) -> bool:
+    """Whether all that is kept of the evidence can be given at other levels than were compared."""
+    records = [each.record for each in response.accounts if each.record is not None]
+    return all(record.at_levels(response.n_levels) is not None for record in records)
 
 
 def _as_text(value: object) -> Any:  # noqa: ANN401 - JSON

@@ -696,7 +696,7 @@ def test_the_file_holds_what_is_documented(
 
     content = json.loads(Path("camera.json").read_text(), parse_constant=no_constant)
 
-    assert (content["format"], content["version"]) == ("chartless-calibration", 1)
+    assert (content["format"], content["version"]) == ("chartless-calibration", 2)
     assert (content["bit_depth"], content["levels"]) == (8, 64)
     assert (content["method"], content["model"]) == ("ism-sampled", "ameegc1")
     names = [each["name"] for each in content["channels"]]
@@ -720,6 +720,10 @@ def test_the_file_holds_what_is_documented(
         assert each["pairs"] == 192 * 256
         assert each["status"] in {status.value for status in Status}
         assert set(each["flags"]) <= {flag.code for flag in Flag}
+        (account,) = each["accounts"]
+        assert account["kind"] == "noise"
+    (reading,) = content["evidence"]
+    assert (reading["kind"], reading["inputs"]) == ("noise", [0, 1])
     provenance = content["provenance"]
     assert isinstance(provenance["chartless"], str)
     assert isinstance(provenance["created"], str)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 import pytest
+from calibration_content import fact_of
 from slow_cases import slow_but
 
 from chartless import load, named_curve, rmse
@@ -98,8 +99,7 @@ def test_times_make_a_bracket(bracket: Bracket, chartless: Chartless) -> None:
     calibration = load("camera.json")
     (response,) = calibration.channels
     assert rmse(response.curve, named_curve("srgb")) < 0.015
-    assert response.exposures is not None
-    assert response.exposures.relative == pytest.approx(EXPOSURES)
+    assert response.account("bracket")["exposures"] == pytest.approx(EXPOSURES)
     provenance = calibration.provenance
     assert [Path(each["file"]).name for each in provenance["inputs"]] == ["0.png", "1.png", "2.png"]
     assert with_options(provenance["settings"]["evidence"]) == evidence(done)
@@ -139,7 +139,7 @@ def test_times_may_be_fractions(times: str, bracket: Bracket, chartless: Chartle
     done = chartless("calibrate", *bracket(), "--times", times, *SMALL, "--json")
 
     (channel,) = done.json["channels"]
-    assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES)
+    assert fact_of(channel, "bracket", "exposures") == pytest.approx(EXPOSURES)
     assert not Path("camera.json").exists()
 
 
@@ -149,7 +149,7 @@ def test_times_may_be_a_file(bracket: Bracket, chartless: Chartless) -> None:
     done = chartless("calibrate", *bracket(), "--times", "times.txt", *SMALL, "--json")
 
     (channel,) = done.json["channels"]
-    assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES)
+    assert fact_of(channel, "bracket", "exposures") == pytest.approx(EXPOSURES)
 
 
 @pytest.mark.parametrize("extension", slow_but(["jpg", "tif"], "tif"))
@@ -165,8 +165,8 @@ def test_exif_makes_a_bracket(extension: str, bracket: Bracket, chartless: Chart
     (channel,) = done.json["channels"]
     # Those of JPEGs are not refined: shutters are better known than what such files tell of them.
     within = 1e-6 if extension == "jpg" else 0.1
-    assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES, rel=within)
-    assert channel["exposures"]["exponent_error"] > 0
+    assert fact_of(channel, "bracket", "exposures") == pytest.approx(EXPOSURES, rel=within)
+    assert fact_of(channel, "bracket", "exponent_error") > 0
     truth = named_curve("srgb").response(np.linspace(0, 1, 1024))
     # Of JPEG white is left to the prior, and the band says so.
     error = np.sqrt(np.mean((channel["response_lut"] - truth) ** 2))
@@ -186,7 +186,7 @@ def test_exposures_of_jpegs_that_are_far_from_what_they_say_are_flagged(
 
     (channel,) = done.json["channels"]
     assert "exposures-off" in channel["flags"]
-    assert channel["exposures"]["relative"] == pytest.approx([1, 4, 32])
+    assert fact_of(channel, "bracket", "exposures") == pytest.approx([1, 4, 32])
 
 
 def test_shutter_speeds_are_read_exactly(bracket: Bracket, chartless: Chartless) -> None:
@@ -202,7 +202,7 @@ def test_shutter_speeds_are_read_exactly(bracket: Bracket, chartless: Chartless)
     done = chartless("calibrate", *frames, "--time-error", 0, *SMALL, "--json")
 
     (channel,) = done.json["channels"]
-    assert channel["exposures"]["relative"] == pytest.approx(EXPOSURES)
+    assert fact_of(channel, "bracket", "exposures") == pytest.approx(EXPOSURES)
 
 
 def test_an_exposure_that_is_repeated_tells_both(bracket: Bracket, chartless: Chartless) -> None:
@@ -214,10 +214,10 @@ def test_an_exposure_that_is_repeated_tells_both(bracket: Bracket, chartless: Ch
         "a bracket of 3 exposures, 1 to 16 by --times, and noise of 1 of them, which are repeated"
     )
     (channel,) = done.json["channels"]
-    assert channel["deviance"] == pytest.approx(1, abs=0.2)
+    assert fact_of(channel, "noise", "deviance") == pytest.approx(1, abs=0.2)
     noise = channel["noise"]
     assert abs(math.log(noise["U"] / 0.03)) < 3 * noise["std"]["log_slope"] < 2
-    assert len(channel["exposures"]["relative"]) == 3
+    assert len(fact_of(channel, "bracket", "exposures")) == 3
     # Every frame is named once: of each exposure one, then repeats.
     inputs = [Path(each["file"]).name for each in done.json["provenance"]["inputs"]]
     assert inputs == ["0.png", "1.png", "3.png", "2.png"]
@@ -232,10 +232,12 @@ def test_the_evidence_may_be_chosen(bracket: Bracket, chartless: Chartless) -> N
     noise = chartless("calibrate", *frames[1:3], "--evidence", "noise", *SMALL, "--json")
 
     assert evidence(exposures) == "a bracket of 3 exposures, 1 to 16 by --times"
-    assert exposures.json["channels"][0]["deviance"] is None
-    assert both.json["channels"][0]["deviance"] is not None
+    kinds = [
+        {each["kind"] for each in done.json["channels"][0]["accounts"]}
+        for done in (exposures, both, noise)
+    ]
+    assert kinds == [{"bracket"}, {"bracket", "noise"}, {"noise"}]
     assert evidence(noise) == "noise, as asked for"
-    assert noise.json["channels"][0]["exposures"] is None
 
 
 def test_exif_that_disagrees_is_not_heard_if_a_bracket_is_asked_for(
@@ -247,7 +249,7 @@ def test_exif_that_disagrees_is_not_heard_if_a_bracket_is_asked_for(
     done = chartless("calibrate", *frames, *asked, *SMALL, "--json")
 
     assert done.status == 0
-    assert done.json["channels"][0]["exposures"]["relative"] == pytest.approx(EXPOSURES)
+    assert fact_of(done.json["channels"][0], "bracket", "exposures") == pytest.approx(EXPOSURES)
 
 
 def test_unknown_exposures_are_found_and_doubted(bracket: Bracket, chartless: Chartless) -> None:
@@ -256,7 +258,7 @@ def test_unknown_exposures_are_found_and_doubted(bracket: Bracket, chartless: Ch
     assert done.status == 3
     (channel,) = done.json["channels"]
     assert "exponent-unknown" in channel["flags"]
-    relative = channel["exposures"]["relative"]
+    relative = fact_of(channel, "bracket", "exposures")
     assert math.log(relative[2]) / math.log(relative[1]) == pytest.approx(2, abs=0.1)
 
 
@@ -271,9 +273,9 @@ def test_unknown_exposures_may_be_named(bracket: Bracket, chartless: Chartless) 
         "a bracket of 3 exposures, their ratios unknown, and noise of 1 of them, which are repeated"
     )
     (channel,) = done.json["channels"]
-    error = channel["exposures"]["exponent_error"]
+    error = fact_of(channel, "bracket", "exponent_error")
     assert 0 < error < 0.2
-    relative = channel["exposures"]["relative"]
+    relative = fact_of(channel, "bracket", "exposures")
     # The scene grows darker by the light's inverse: the model's first order is 2 % off there.
     assert math.log(relative[2]) / math.log(16) == pytest.approx(1, abs=0.04)
 

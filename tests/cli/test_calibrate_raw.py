@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calibration_content import fact_of
 from PIL import Image
 from raw_cameras import XTRANS, Camera, patches, write_dng
 from scipy.ndimage import gaussian_filter
@@ -43,7 +44,6 @@ def test_a_picture_and_its_raw_file_give_a_calibration(
     camera = load(output)
     for response in camera.channels:
         assert rmse(response.curve, named_curve("srgb")) < 0.012
-        assert response.raw is not None
         assert response.method == "likelihood"
     names = [Path(each["file"]).name for each in camera.provenance["inputs"]]
     assert names == ["IMG_1.JPG", "IMG_1.dng"]
@@ -63,7 +63,7 @@ def test_pairs_are_matched_by_name(shots: Path, chartless: Chartless) -> None:
     names = [Path(each["file"]).name for each in content["provenance"]["inputs"]]
     assert names == ["IMG_1.JPG", "IMG_1.dng", "IMG_2.JPG", "IMG_2.dng"]
     for channel in content["channels"]:
-        assert len(channel["raw"]["gains"]) == 2
+        assert len(fact_of(channel, "raw", "gains")) == 2
         assert channel["noise"] is None
         assert len(channel["inverse_lut_std"]) == 256
 

@@ -12,8 +12,8 @@ from slow_cases import slow_but
 from chartless.curves import named_curve
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence, difference_moments
-from chartless.evidence.noise.misfit import _kurtosis, is_gaussian, misfit_pattern
-from chartless.flags import Flag, Pattern
+from chartless.evidence.noise.misfit import Pattern, _kurtosis, is_gaussian, misfit_pattern
+from chartless.flags import Flag
 from chartless.methods import CALIBRATORS, LikelihoodSearch
 from chartless.models import MODELS
 from chartless.noise import AffineNoise
@@ -89,14 +89,17 @@ def test_a_fault_has_its_pattern(fault: str) -> None:
 
     found = found_in(make())
 
+    account = found.account("noise")
     assert Flag.MISFIT in found.flags
-    assert found.pattern is pattern
+    assert account["pattern"] == pattern.code
+    assert account.details["misfit"] == f"the pattern is {pattern.code}: {pattern.advice}"
 
 
 def test_a_good_camera_has_none() -> None:
     found = found_in(good())
 
-    assert found.pattern is None
+    assert "pattern" not in found.account("noise")
+    assert "misfit" not in found.account("noise").details
     assert found.flags == ()
 
 
@@ -128,7 +131,7 @@ def test_a_family_too_stiff_is_wrong_about_the_noise_of_levels() -> None:
     found = found_in(frames, "ameegc1")
 
     assert Flag.MISFIT in found.flags
-    assert found.pattern is Pattern.NOISE_LEVEL
+    assert found.account("noise")["pattern"] == Pattern.NOISE_LEVEL.code
 
 
 # By the numbers

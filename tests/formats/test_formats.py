@@ -28,9 +28,9 @@ from chartless.formats._tables import (
     strictly_increasing,
     table_through_levels,
 )
+from chartless.formats.calibration_file import load, save
 from chartless.images import write_image
 from chartless.result.calibration import Calibration
-from chartless.result.file import load, save
 
 SETTINGS = ExportSettings(size=(64, 48))
 BRIGHTNESS = np.linspace(0, 1, 256)

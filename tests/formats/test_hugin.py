@@ -24,10 +24,10 @@ from chartless.formats import (
     import_response,
 )
 from chartless.formats._base import Source
+from chartless.formats.calibration_file import load, save
 from chartless.formats.hugin import COEFFICIENTS
 from chartless.images import write_image
 from chartless.result.calibration import Calibration
-from chartless.result.file import load, save
 
 Floats = npt.NDArray[np.float64]
 GRID = np.linspace(0, 1, 1024)

@@ -13,7 +13,7 @@ from chartless.errors import CalibrationFileError
 from chartless.flags import Flag
 from chartless.formats import OpenCv, import_response, is_calibration
 from chartless.formats._base import MOST_BYTES, Source
-from chartless.result.file import load, save
+from chartless.formats.calibration_file import load, save
 
 Floats = npt.NDArray[np.float64]
 LEVELS = np.arange(256)

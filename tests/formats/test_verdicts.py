@@ -17,8 +17,8 @@ from chartless.flags import Flag
 from chartless.formats import FORMATS, ExportSettings, export_response, import_response
 from chartless.formats._base import Source
 from chartless.formats._tables import noted_verdict, recorded_verdict
+from chartless.formats.calibration_file import save
 from chartless.result.calibration import Calibration
-from chartless.result.file import save
 from chartless.result.verdict import verdict
 
 NOTED = [name for name, each in FORMATS.items() if each.keeps.verdict]

@@ -41,7 +41,7 @@ from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.inference.block import Block, Values
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.posterior import covariance_of
-from chartless.inference.search import Mode, connected, maximise
+from chartless.inference.search import Mode, connected, maximise, shares
 from chartless.noise import TYPICAL_SPREAD
 from chartless.types import Floats
 
@@ -680,3 +680,52 @@ def test_a_centred_block_stays_centred() -> None:
     np.testing.assert_allclose(mode.values["block"], shape, atol=1e-4)
     np.testing.assert_allclose(mode.edges["curve/R"], free.edges["curve/R"], atol=1e-5)
     assert np.ptp(shape) > 0.1
+
+
+# Shares of the information
+
+
+def test_a_share_is_the_number_of_directions_that_a_term_determines() -> None:
+    """tr(C S) of each term, which with that of the prior make up all coordinates."""
+    space = StraightSpace(5, 3, seed=1)
+    terms = [GaussianTerm.random(seed, {"curve/R": space}, []) for seed in (2, 3)]
+    moved = [term.matrices["curve/R"] @ space.jacobian for term in terms]
+    information = [jacobian.T @ jacobian for jacobian in moved]
+    covariance = np.linalg.inv(space.precision + sum(information))
+    numbers = np.array([np.trace(covariance @ each) for each in information])
+    assert numbers.sum() + np.trace(covariance @ space.precision) == pytest.approx(3)
+
+    found = shares(maximise(terms, {"curve/R": space}, {}), terms, {"curve/R": space})
+
+    np.testing.assert_allclose(found["curve/R"], numbers / numbers.sum(), rtol=1e-6)
+
+
+def test_of_two_equal_terms_each_has_half() -> None:
+    terms, spaces, _ = channels_sharing(1)
+    twice = [terms[0], terms[0]]
+
+    found = shares(maximise(twice, spaces, {}), twice, spaces)
+
+    assert found["curve/0"] == pytest.approx([0.5, 0.5])
+
+
+def test_what_a_term_has_to_find_as_well_it_does_not_determine() -> None:
+    """With unknowns of its own a term determines less: its Schur complement."""
+    terms, spaces, _ = channels_sharing(1)
+    space, first = spaces["curve/0"], terms[0]
+    other = GaussianTerm.random(8, {"curve/0": space}, [])
+    moved = first.matrices["curve/0"] @ space.jacobian
+    nuisance = np.hstack([first.matrices["shared"], first.matrices["own/0"]])
+    prior = block_diag(*(block.precision for block in first.blocks))
+    found_as_well = np.linalg.inv(nuisance.T @ nuisance + prior)
+    projected = moved - nuisance @ found_as_well @ (nuisance.T @ moved)
+    by_other = other.matrices["curve/0"] @ space.jacobian
+    information = [moved.T @ projected, by_other.T @ by_other]
+    covariance = np.linalg.inv(space.precision + sum(information))
+    numbers = np.array([np.trace(covariance @ each) for each in information])
+    assert numbers.sum() + np.trace(covariance @ space.precision) == pytest.approx(3)
+
+    both = [first, other]
+    found = shares(maximise(both, spaces, {}), both, spaces)
+
+    np.testing.assert_allclose(found["curve/0"], numbers / numbers.sum(), rtol=1e-6)

@@ -94,13 +94,25 @@ def test_what_both_tell_is_in_the_result() -> None:
     assert both.n_pairs == of_raw.n_pixels + of_bracket.n_pixels
     lowest, highest = zip(of_raw.observed_levels, of_bracket.observed_levels, strict=True)
     assert both.observed_levels == (min(lowest), max(highest))
-    assert both.raw is not None
-    assert both.exposures is not None
-    np.testing.assert_allclose(both.raw.matrix, Camera().matrix[1], atol=0.2)
-    assert both.raw.corner_gain == pytest.approx(np.exp(Camera().falloff), rel=0.03)
-    assert both.exposures.relative == pytest.approx((1, 2, 4, 8))
-    assert both.exposures.exponent_error == 0
-    assert both.table is None
+    np.testing.assert_allclose(both.account("raw")["matrix"], Camera().matrix[1], atol=0.2)
+    assert both.account("raw")["corner_gain"] == pytest.approx(np.exp(Camera().falloff), rel=0.03)
+    assert both.account("bracket")["exposures"] == pytest.approx((1, 2, 4, 8))
+    assert both.account("bracket")["exponent_error"] == 0
+    assert set(both.kinds) == {"raw", "bracket"}
+
+
+def test_shares_of_the_information_add_up_to_one() -> None:
+    of_raw, of_bracket = shots("srgb").channel("G"), bracket("srgb").channel("G")
+
+    both, alone = found(of_raw, of_bracket), found(of_raw)
+    with_noise = found(of_raw, of_bracket, repeats("srgb"))
+
+    shares = [both.account(kind).share for kind in ("raw", "bracket")]
+    assert sum(shares) == pytest.approx(1)
+    assert min(shares) > 0.1
+    assert alone.account("raw").share is None
+    assert with_noise.account("noise").share == 0
+    assert with_noise.account("raw").share == pytest.approx(shares[0])
 
 
 def test_the_order_of_kinds_makes_no_difference() -> None:
@@ -112,9 +124,9 @@ def test_the_order_of_kinds_makes_no_difference() -> None:
     assert one.inverse_lut_std is not None
     assert np.all(np.abs(one.inverse_lut - other.inverse_lut) <= 0.1 * one.inverse_lut_std)
     np.testing.assert_allclose(shape_std(one), shape_std(other), rtol=0.2, atol=1e-5)
-    assert one.raw is not None
-    assert other.raw is not None
-    np.testing.assert_allclose(one.raw.matrix, other.raw.matrix, atol=1e-3)
+    np.testing.assert_allclose(
+        one.account("raw")["matrix"], other.account("raw")["matrix"], atol=1e-3
+    )
 
 
 def test_the_shape_is_surer_by_both_than_by_raw_files() -> None:
@@ -141,10 +153,10 @@ def test_beside_raw_files_the_exponent_of_unknown_exposures_is_known(curve: str)
 
     assert Flag.EXPONENT_UNKNOWN in alone.flags
     assert Flag.EXPONENT_UNKNOWN not in both.flags
-    errors = []
-    for each in (alone, both):
-        assert each.exposures is not None
-        errors.append(abs(np.log(np.log(each.exposures.relative[-1]) / np.log(8))))
+    errors = [
+        abs(np.log(np.log(each.account("bracket")["exposures"][-1]) / np.log(8)))
+        for each in (alone, both)
+    ]
     assert errors[1] < 0.02
     assert errors[1] < 0.5 * errors[0]
     assert shape_error(both, curve) < 1.1 * shape_error(found(of_raw), curve) + 1e-4
@@ -165,7 +177,7 @@ def test_repeats_beside_raw_files_tell_the_noise_and_leave_the_curve() -> None:
     assert alone.noise is None
     assert both.noise is not None
     assert both.noise_error is not None
-    assert both.table is not None
+    assert both.account("noise").record is not None
     assert both.n_pairs == alone.n_pairs + pairs.n_pixels
 
 
@@ -176,8 +188,8 @@ def test_all_three_kinds_are_taken() -> None:
     everything, without = found(*parts), found(*parts[:2])
 
     np.testing.assert_array_equal(everything.inverse_lut, without.inverse_lut)
-    assert everything.raw == without.raw
-    assert everything.exposures == without.exposures
+    for kind in ("raw", "bracket"):
+        assert everything.account(kind).values == without.account(kind).values
     assert everything.noise is not None
 
 

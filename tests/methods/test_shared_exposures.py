@@ -12,7 +12,6 @@ from scipy.ndimage import gaussian_filter
 
 from chartless.curves import named_curve
 from chartless.evidence.bracket.channel import ExposurePairs
-from chartless.evidence.bracket.estimates import ExposureEstimate
 from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.evidence.bracket.term import EXPOSURES
@@ -22,6 +21,7 @@ from chartless.frames.frame import Frame
 from chartless.inference.channel_mode import ChannelMode
 from chartless.methods import LikelihoodSearch
 from chartless.noise import AffineNoise
+from chartless.result.account import Account
 from chartless.result.response import Response, rmse
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, Levels
@@ -204,7 +204,7 @@ def test_bands_widen_with_the_error_of_the_exponent(error: float) -> None:
     assert unsure.shape_std is not None
     assert sure.white_std is not None
     assert unsure.white_std is not None
-    assert (told(sure).exponent_error, told(unsure).exponent_error) == (0, error)
+    assert (told(sure)["exponent_error"], told(unsure)["exponent_error"]) == (0, error)
     np.testing.assert_array_equal(unsure.inverse_lut, light)
     np.testing.assert_allclose(std(unsure), np.hypot(std(sure), bent))
     np.testing.assert_allclose(unsure.shape_std, np.hypot(sure.shape_std, bent))
@@ -217,17 +217,16 @@ def std(response: Response) -> Floats:
     return response.inverse_lut_std
 
 
-def told(response: Response) -> ExposureEstimate:
-    assert response.exposures is not None
-    return response.exposures
+def told(response: Response) -> Account:
+    return response.account("bracket")
 
 
 def test_nearly_known_exposures_are_as_sure_as_they_are_said_to_be() -> None:
     found = LikelihoodSearch().calibrate(ExposurePairs(counts(0.02)))
 
-    error = told(found).exponent_error
+    error = told(found)["exponent_error"]
     assert 0.003 <= error < 0.02
-    gamma = np.log(told(found).relative[-1]) / np.log(8)
+    gamma = np.log(told(found)["exposures"][-1]) / np.log(8)
     assert abs(np.log(gamma)) < 3 * error
     assert found.flags == ()
 
@@ -254,9 +253,12 @@ def test_channels_find_one_set_of_exposures(error: float, said: tuple[float, ...
     first, *others = (told(response) for response in together(error, said))
 
     for each in others:
-        assert each.relative == first.relative
-        assert each.exponent_error == pytest.approx(first.exponent_error)
-    by_themselves, shared = np.log([each.relative for each in alone]), np.log(first.relative)
+        assert each["exposures"] == first["exposures"]
+        assert each["exponent_error"] == pytest.approx(first["exponent_error"])
+    by_themselves, shared = (
+        np.log([each["exposures"] for each in alone]),
+        np.log(first["exposures"]),
+    )
     assert np.ptp(by_themselves, axis=0).max() > 1e-3  # each finds others
     assert np.all(shared >= by_themselves.min(axis=0) - 0.01)
     assert np.all(shared <= by_themselves.max(axis=0) + 0.01)
@@ -275,10 +277,10 @@ def test_channels_that_agree_are_as_sure_as_one() -> None:
     alone = LikelihoodSearch().calibrate(pairs)
     alike = LikelihoodSearch().calibrate_channels({name: [pairs] for name in CURVES})
 
-    error = told(alone).exponent_error
+    error = told(alone)["exponent_error"]
     for each in alike:
-        np.testing.assert_allclose(told(each).relative, told(alone).relative, rtol=2e-3)
-        assert told(each).exponent_error == pytest.approx(error, rel=0.05)
+        np.testing.assert_allclose(told(each)["exposures"], told(alone)["exposures"], rtol=2e-3)
+        assert told(each)["exponent_error"] == pytest.approx(error, rel=0.05)
         np.testing.assert_allclose(each.inverse_lut, alone.inverse_lut, atol=1e-3)
         np.testing.assert_allclose(std(each)[5:-2], std(alone)[5:-2], rtol=0.25)
 
@@ -289,4 +291,4 @@ def test_where_exposures_are_known_each_channel_is_as_if_it_were_alone() -> None
         alone = LikelihoodSearch().calibrate(evidence.channel(response.name))
 
         np.testing.assert_array_equal(response.inverse_lut, alone.inverse_lut)
-        assert response.exposures == alone.exposures
+        assert told(response).values == told(alone).values

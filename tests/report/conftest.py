@@ -1,7 +1,6 @@
 """Calibrations to report on, and a page to look at."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,17 @@ import numpy as np
 import pytest
 
 from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, named_curve
-from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
-from chartless.evidence.noise.estimates import NoiseError
+from chartless.evidence.bracket.account import (
+    SeenTransfer,
+    SeenTransfers,
+    account_of_bracket,
+    exposure_table,
+)
+from chartless.evidence.noise.account import account_of_pairs
 from chartless.frames.frame import Frame
+from chartless.noise import NoiseError
 from chartless.report import render
+from chartless.result.account import Reading
 from chartless.result.response import Status
 from chartless.simulate import simulate_frames
 
@@ -27,7 +33,6 @@ PROVENANCE: dict[str, Any] = {
     "created": "2026-01-02T03:04:05+00:00",
     "inputs": [{"file": f"frames/a{n}.png", "sha256": f"{n:x}" * 64} for n in range(12)],
     "settings": {"method": "likelihood", "evidence": "noise", "mask": None, "dark": ["d1", "d2"]},
-    "exposures": None,
     "remarks": ["a0.png: dropped the alpha channel"],
 }
 
@@ -58,13 +63,19 @@ def of_noise() -> Calibration:
             noise=NOISE,
             noise_error=NoiseError(0.2, 0.1, -0.9),
             inverse_lut_std=SPREAD,
-            deviance=deviance,
-            outliers=0.0025,
-            table=table,
+            accounts=(account_of_pairs(table, deviance=deviance, outliers=0.0025),),
         )
         for name, deviance in zip("RGB", (1.01, 1.02, 1.34), strict=True)
     )
-    return Calibration(channels=(red, green, blue), bit_depth=8, provenance=PROVENANCE)
+    reading = Reading(
+        kind="noise",
+        title="noise of repeated frames",
+        sentence="noise, as asked for",
+        inputs=tuple(range(12)),
+    )
+    return Calibration(
+        channels=(red, green, blue), bit_depth=8, evidence=(reading,), provenance=PROVENANCE
+    )
 
 
 @pytest.fixture(scope="session")
@@ -73,7 +84,13 @@ def of_bracket() -> Calibration:
     upper = np.arange(100, 250)
     lower = 255 * CURVE.response(CURVE.inverse(upper / 255) / 2)
     transfer = SeenTransfer(2.0, tuple(upper.tolist()), tuple(lower.tolist()))
-    exposures = ExposureEstimate((1.0, 2.0, 4.0), 0.0, 0.03, (transfer, replace(transfer)))
+    account = account_of_bracket(
+        "Y",
+        CURVE,
+        exposures=(1.0, 2.0, 4.0),
+        transfers=SeenTransfers(256, (transfer, transfer)),
+        scatter=0.03,
+    )
     rows = [
         {
             "file": f"frames/e{n}.png", "relative": 2.0**n, "black": black, "white": 0.1,
@@ -82,10 +99,19 @@ def of_bracket() -> Calibration:
         for n, black in enumerate((0.25, 0.125, 0.5))
     ]  # fmt: skip
     inputs = [{"file": row["file"], "sha256": "e" * 64} for row in rows]
+    reading = Reading(
+        kind="bracket",
+        title="exposures of one scene",
+        sentence="three exposures by `times`",
+        inputs=(0, 1, 2),
+        tables=exposure_table(rows, {"Y": account}),
+        example=1,
+    )
     return Calibration(
-        channels=(bare("Y", noise=NOISE, inverse_lut_std=SPREAD, exposures=exposures),),
+        channels=(bare("Y", noise=NOISE, inverse_lut_std=SPREAD, accounts=(account,)),),
         bit_depth=8,
-        provenance={**PROVENANCE, "inputs": inputs, "exposures": rows},
+        evidence=(reading,),
+        provenance={**PROVENANCE, "inputs": inputs},
     )
 
 

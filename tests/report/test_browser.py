@@ -28,6 +28,7 @@ def reports(
     doubtful = Calibration(
         channels=(response.with_flags(*list(Flag)[:12]),),
         bit_depth=8,
+        evidence=of_bracket.evidence,
         provenance=of_bracket.provenance,
     )
     grey = Frame(frame.path, np.ascontiguousarray(frame.levels[..., :1]))
@@ -190,7 +191,8 @@ def test_the_calibration_is_downloaded(
     waiting.value.save_as(tmp_path / "camera.json")
 
     assert waiting.value.suggested_filename == "camera.json"
-    assert [each.deviance for each in load(tmp_path / "camera.json").channels] == [1.01, 1.02, 1.34]
+    accounts = [each.account("noise") for each in load(tmp_path / "camera.json").channels]
+    assert [account["deviance"] for account in accounts] == [1.01, 1.02, 1.34]
 
 
 def test_it_prints_on_two_pages(opened: Callable[..., Page], report: str) -> None:

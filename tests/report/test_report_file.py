@@ -11,8 +11,11 @@ from PIL import Image
 
 from chartless import Calibration
 from chartless.errors import OutputError, ParameterError
+from chartless.evidence.bracket.gather import bracket_evidence
+from chartless.evidence.registry import KINDS
 from chartless.frames.frame import Frame
 from chartless.report import example_frame, save
+from chartless.result.account import Reading
 
 
 def taken(folder: Path, name: str, level: int) -> dict[str, Any]:
@@ -61,20 +64,34 @@ def test_the_first_frame_is_found_again(linear_camera: Calibration, tmp_path: Pa
     assert (found.levels == 7).all()
 
 
-def test_of_a_bracket_the_least_clipped_is_taken(
-    linear_camera: Calibration, tmp_path: Path
-) -> None:
+def test_the_example_of_the_evidence_is_taken(linear_camera: Calibration, tmp_path: Path) -> None:
     inputs = [taken(tmp_path, f"{level}.png", level) for level in (1, 2, 3)]
-    clipped = ((0.3, 0.0), (0.05, 0.05), (0.0, 0.2))
-    rows = [
-        {"file": each["file"], "black": black, "white": white}
-        for each, (black, white) in zip(inputs, clipped, strict=True)
+    readings = [
+        Reading(kind=kind, title="", sentence="", inputs=(0, 1, 2), example=example)
+        for kind, example in (("noise", None), ("bracket", 1))
     ]
 
-    found = example_frame(replace(linear_camera, provenance={"inputs": inputs, "exposures": rows}))
+    found = example_frame(
+        replace(linear_camera, evidence=tuple(readings), provenance={"inputs": inputs})
+    )
 
     assert found is not None
     assert (found.levels == 2).all()
+
+
+def test_of_a_bracket_the_least_clipped_is_the_example() -> None:
+    """Neither that with least black nor that with least white."""
+    frames = []
+    for name, n_black, n_white in (("a.png", 300, 0), ("b.png", 50, 50), ("c.png", 0, 200)):
+        levels = np.random.default_rng(0).integers(10, 240, (1000, 1), dtype=np.uint8)
+        levels[:n_black], levels[1000 - n_white :] = 0, 255
+        frames.append(Frame(Path(name), levels.reshape(20, 50, 1)))
+
+    evidence = bracket_evidence(frames, np.log([1.0, 2.0, 4.0]))
+
+    found = KINDS["bracket"].example(evidence)
+    assert found is not None
+    assert found.path == Path("b.png")
 
 
 def test_a_changed_file_is_not_shown(linear_camera: Calibration, tmp_path: Path) -> None:

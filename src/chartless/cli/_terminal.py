@@ -158,47 +158,28 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     print_line(str(verdict(calibration.channels)), sys.stdout)
     for doubt in doubts(calibration):
         remark(f"{doubt.code} ({', '.join(doubt.channels)}): {doubt.advice}")
-        if doubt.detail:
-            remark(doubt.detail)
+        for detail in doubt.details:
+            remark(detail)
 
 
-def print_exposures(calibration: "Calibration") -> None:
-    """Print a line for each exposure of a bracket; nothing for other calibrations."""
-    from chartless.result.summary import found_exposures, ratio_text
-
-    given = calibration.provenance["exposures"] or []
-    if not given:
-        return
-    middle = calibration.channels[len(calibration.channels) // 2]
-    found = found_exposures([each["relative"] for each in given], middle)
-    header = ["exposure", "relative", "black", "white", "shared with next", "displaced"]
-    rows = [
-        [
-            Path(each["file"]).name,
-            ratio_text(each["relative"]),
-            f"{each['black']:.1%}",
-            f"{each['white']:.1%}",
-            "" if each["overlap"] is None else f"{each['overlap']:.0%}",
-            "" if each["displacement"] is None else f"{each['displacement']:.1f} px",
-        ]
-        for each in given
-    ]
-    if found:
-        header.insert(2, "found")
-        for row, ratio in zip(rows, found, strict=True):
-            row.insert(2, ratio_text(ratio))
-    print_table(header, rows)
-    print()
+def print_tables(calibration: "Calibration") -> None:
+    """Print what is worth looking at of each frame."""
+    for reading in calibration.evidence:
+        for table in reading.tables:
+            header = [column.label.lower() for column, _ in table.shown]
+            print_table(header, list(zip(*(cells for _, cells in table.shown), strict=True)))
+            print()
 
 
 def write_report(calibration: "Calibration", path: Path) -> None:
     """Write a report with one of the frames, and say so where there is none to show."""
-    from chartless.formats import FORMATS
     from chartless.report import example_frame, save
+    from chartless.result.verdict import is_foreign
 
     frame = example_frame(calibration)
     inputs = calibration.provenance.get("inputs", [])
-    has_none = calibration.channels[0].method in FORMATS or any("frames" in each for each in inputs)
-    if frame is None and not has_none:
+    kept = any(each.example is not None for each in calibration.evidence)
+    has_pictures = kept or not (calibration.evidence or is_foreign(calibration.channels))
+    if frame is None and has_pictures and not any("frames" in each for each in inputs):
         remark("the report shows no picture: the frames are not where they were, or have changed")
     save(calibration, path, frame)

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from chartless.cli._kinds import chosen, files_of, with_kind_options
 from chartless.cli._options import (
     AsJson,
     Jobs,
@@ -18,9 +19,9 @@ from chartless.cli._options import (
 from chartless.cli._settings import parse_settings
 from chartless.cli._terminal import (
     FLAGGED,
-    print_exposures,
     print_json,
     print_summary,
+    print_tables,
     progress_bar,
     remark,
     write_report,
@@ -32,16 +33,17 @@ def _search(text: str) -> Any:  # noqa: ANN401 - what Typer returns
     return typer.Option(help=text, show_default=False)
 
 
+@with_kind_options
 def calibrate(
     frames: Annotated[
-        list[Path],
+        list[Path] | None,
         typer.Argument(
             help="Two or more pictures of one still scene, of one exposure or of several; patterns "
             "such as 'shots/*.png' or 'frame_%04d.png'; or one video; with --raw one or more "
             "pictures of any scenes.",
             show_default=False,
         ),
-    ],
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -88,14 +90,6 @@ def calibrate(
             "is noise,bracket."
         ),
     ] = "auto",
-    raw: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="raw: raw file of a picture, of the same name but for the suffix, for the light "
-            "of each pixel; may be repeated.",
-            show_default=False,
-        ),
-    ] = None,
     times: Annotated[
         str | None,
         typer.Option(
@@ -108,23 +102,6 @@ def calibrate(
         float | None,
         typer.Option(
             help="bracket: relative error of the exposures [0 with --times, 0.02 with EXIF].",
-            show_default=False,
-        ),
-    ] = None,
-    unaligned: Annotated[
-        bool,
-        typer.Option(
-            "--unaligned", help="bracket: match exposures by their histograms, for hand-held ones."
-        ),
-    ] = False,
-    bloom_radius: Annotated[
-        int, typer.Option(min=0, help="bracket: leave out this many pixels around saturated ones.")
-    ] = 0,
-    dark: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="noise: frame with the lens covered and the same settings, for the noise at "
-            "black; may be repeated.",
             show_default=False,
         ),
     ] = None,
@@ -173,6 +150,7 @@ def calibrate(
     strict: Strict = False,
     report: Report = None,
     as_json: AsJson = False,
+    **options: Any,  # noqa: ANN401 - of the kinds of evidence
 ) -> int:
     """Estimate the camera's response from FRAMES of one still scene.
 
@@ -194,12 +172,12 @@ def calibrate(
         chartless calibrate burst/*.png --channels luma --jobs 4 --json
         chartless calibrate clip.mp4 -o camera.json
     """
+    from chartless.formats.calibration_file import save, to_json
     from chartless.frames.sequence import expanded
-    from chartless.result.file import save, to_json
     from chartless.workflow import DEFAULT_METHOD
     from chartless.workflow import calibrate as calibrate_camera
 
-    frames = expanded(frames)
+    frames = expanded(frames or ())
     given: dict[str, Any] = {
         "rounds": rounds,
         "iterations": iterations,
@@ -217,18 +195,11 @@ def calibrate(
     settings |= named
     if shared_noise:
         settings["shared_noise"] = True
-    options: dict[str, Any] = {
-        "dark": expanded(dark or ()),
-        "raw": expanded(raw or ()),
-        "aligned": not unaligned,
-        "bloom_radius": bloom_radius,
-    }
+    options = chosen(options)
     target = output or (None if as_json else Path("camera.json"))
     require_outputs(target, report)
-    if target is not None and target.resolve() in {
-        frame.resolve() for frame in (*frames, *(raw or ()))
-    }:
-        msg = f"{target} is one of the frames and would be overwritten: choose another output"
+    if target is not None and target.resolve() in map(Path.resolve, (*frames, *files_of(options))):
+        msg = f"{target} is one of the inputs and would be overwritten: choose another output"
         raise ParameterError(msg)
     with progress_bar() as progress:
         calibration = calibrate_camera(
@@ -257,11 +228,12 @@ def calibrate(
     if as_json:
         print_json(to_json(calibration))
     else:
-        print_exposures(calibration)
+        print_tables(calibration)
         print_summary(calibration)
         from chartless.result.summary import n_frames
 
-        what = f"{n_frames(calibration)} {'files' if raw else 'frames'}"
+        n, name = n_frames(calibration), "file" if files_of(options) else "frame"
+        what = f"{n} {name}{'s' * (n != 1)}"
         print(f"\ncalibration of {what} written to {target}")
         if report is not None:
             print(f"report written to {report}")

@@ -32,10 +32,11 @@ def demo(
     from skimage.data import astronaut  # ships with scikit-image, nothing is downloaded
 
     from chartless.curves import named_curve
+    from chartless.formats.calibration_file import save, to_json
     from chartless.images import read_frame, write_image
     from chartless.noise import AffineNoise
-    from chartless.plotting import overview, save_figure
-    from chartless.result.file import save, to_json
+    from chartless.plotting import save_figure
+    from chartless.report import overview
     from chartless.result.response import rmse
     from chartless.simulate.file import write_simulation
     from chartless.workflow import calibrate

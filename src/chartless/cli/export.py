@@ -135,7 +135,7 @@ def import_(
     """
     from chartless._files import require_writable
     from chartless.formats import FORMATS, import_response
-    from chartless.result.file import save, to_json
+    from chartless.formats.calibration_file import save, to_json
 
     target = output or (None if as_json else file.with_suffix(".json"))
     if target is not None:

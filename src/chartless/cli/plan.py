@@ -6,30 +6,25 @@ from typing import Annotated, Any
 
 import typer
 
+from chartless.cli._kinds import chosen, with_kind_options
 from chartless.cli._options import AsJson, parse_times
 from chartless.cli._terminal import print_json, print_line, print_table
 
 
+@with_kind_options
 def plan(
     frames: Annotated[
-        list[Path],
+        list[Path] | None,
         typer.Argument(
             help="Pictures or one video, as for calibrate; patterns such as 'shots/*.png'.",
             show_default=False,
         ),
-    ],
+    ] = None,
     evidence: Annotated[
         str, typer.Option(help="auto, or kinds by name, such as noise or raw,bracket.")
     ] = "auto",
     method: Annotated[
         str | None, typer.Option(help="Method, as for calibrate.", show_default=False)
-    ] = None,
-    raw: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Raw file of a picture, of the same name but for the suffix; may be repeated.",
-            show_default=False,
-        ),
     ] = None,
     times: Annotated[
         str | None,
@@ -40,6 +35,7 @@ def plan(
         typer.Option(help="Relative error of the exposures.", show_default=False),
     ] = None,
     as_json: AsJson = False,
+    **options: Any,  # noqa: ANN401 - of the kinds of evidence
 ) -> int:
     """Say which kinds of evidence FRAMES hold.
 
@@ -57,14 +53,13 @@ def plan(
     from chartless.frames.sequence import expanded
     from chartless.workflow import plan as plan_of
 
-    given: dict[str, Any] = {"raw": expanded(raw)} if raw else {}
     found = plan_of(
-        expanded(frames),
+        expanded(frames or ()),
         method=method,
         evidence=evidence,
         times=None if times is None else parse_times(times),
         time_error=time_error,
-        **given,
+        **chosen(options),
     )
     taken = {each.kind: each for each in found.taken}
     rows: list[tuple[str, bool, int, str]] = []

@@ -38,7 +38,7 @@ def show(
         chartless show camera.json --report camera.html
     """
     from chartless.formats import load_calibration
-    from chartless.result.file import to_json
+    from chartless.formats.calibration_file import to_json
     from chartless.result.response import rmse
 
     if report is not None:
@@ -49,7 +49,8 @@ def show(
     known = None if truth is None else parse_curve(truth)
     errors = None if known is None else [rmse(each.curve, known) for each in loaded.channels]
     if output is not None:
-        from chartless.plotting import overview, save_figure
+        from chartless.plotting import save_figure
+        from chartless.report import overview
 
         save_figure(overview(loaded, truth=known), output)
     if report is not None:

@@ -65,9 +65,9 @@ def watch(
         chartless watch /dev/video0 -o camera.json
         chartless watch clip.mp4 --until 0.03 -o camera.json --report camera.html
     """
+    from chartless.formats.calibration_file import save, to_json
     from chartless.images import digest, read_video
     from chartless.live import LiveEvidence, lacking, live_calibration
-    from chartless.result.file import save, to_json
 
     _require_camera(device)
     require_outputs(output, report)

@@ -1,1 +1,7 @@
-"""Kinds of evidence that frames hold: a room for each, and a plan that chooses."""
+"""What frames show of a camera, by kind; a folder here for each.
+
+A new kind is a folder with the modules ``kind`` and ``options``, and its name in `FOLDERS`.
+"""
+
+FOLDERS = ("raw", "bracket", "noise")
+"""Kinds of evidence, in the order in which they are asked."""

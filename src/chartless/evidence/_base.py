@@ -6,9 +6,9 @@ the search, says what the search means for it.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Self, TypeVar
+from typing import ClassVar, NamedTuple, Self, TypeVar
 
 from chartless.curves.prior import CurvePrior
 from chartless.flags import Flag
@@ -17,6 +17,7 @@ from chartless.inference.block import Values
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate
 from chartless.inference.term import AbstractTerm
+from chartless.result.account import Account
 from chartless.types import Floats
 
 
@@ -35,8 +36,8 @@ class Judgement(NamedTuple):
     estimate: CurveEstimate
     """With bands that hold what this kind is known to leave out."""
     flags: tuple[Flag, ...]
-    findings: Mapping[str, Any]
-    """What else was found, by the fields of `chartless.result.response.Response`."""
+    accounts: tuple[Account, ...]
+    """What each kind says besides the curve, at most one of each."""
 
 
 class AbstractChannelEvidence(ABC):

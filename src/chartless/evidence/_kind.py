@@ -1,21 +1,24 @@
 """What a folder of evidence registers: it proposes itself, gathers, and screens what it gathered.
 
-What plans and reads knows the registry `chartless.evidence.registry.KINDS` and no kind. To add one
-takes a folder with a module ``kind`` and a line there; so far, results and what shows them name
-kinds as well (docs/design/0012-house.md).
+What plans, reads, saves and shows knows the registry `chartless.evidence.registry.KINDS` and no
+kind. To add one takes a folder with a module ``kind`` and a line there.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
-from chartless.evidence._base import AbstractEvidence
+from chartless.curves import AbstractCurve
+from chartless.evidence._base import AbstractChannelEvidence, AbstractEvidence
 from chartless.evidence.exposures import Exposures, Groups
 from chartless.evidence.reader import Item, Reader
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource
+from chartless.result.account import AbstractRecord, Account, Table
+from chartless.result.response import Response
+from chartless.types import JsonObject
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +72,18 @@ class Declined(NamedTuple):
         return f"{self.reason}: {self.advice}"
 
 
+class Figure(NamedTuple):
+    """A figure that is still to be drawn, with its text."""
+
+    name: str
+    """For programs, unique within a report."""
+    title: str
+    draw: Callable[[Any], None]
+    """Draws on Axes of matplotlib."""
+    words: str
+    """What it shows, in numbers."""
+
+
 O = TypeVar("O")  # noqa: E741 - options
 E = TypeVar("E", bound=AbstractEvidence)
 
@@ -80,6 +95,8 @@ class AbstractKind(ABC, Generic[O, E]):
     """As users write it."""
     title: ClassVar[str]
     """In a few words, for tables."""
+    holds: type[AbstractChannelEvidence]
+    """What it has of a channel."""
     options: type[O]
     """Dataclass of what users may choose; `chartless.calibrate` takes its fields by name."""
     uses: ClassVar[frozenset[str]] = frozenset()
@@ -141,7 +158,67 @@ class AbstractKind(ABC, Generic[O, E]):
         del evidence, alone
         return []
 
-    def provenance(self, evidence: E) -> Mapping[str, Any]:
-        """What else the file of the calibration says of the evidence, as JSON types."""
-        del evidence
-        return {}
+    def tables(self, evidence: E, accounts: Mapping[str, Account]) -> tuple[Table, ...]:
+        """What is worth looking at of each frame.
+
+        Parameters
+        ----------
+        evidence : AbstractEvidence
+        accounts : mapping from channels to Account
+            What came out; empty where the method gives no account of this kind.
+        """
+        del evidence, accounts
+        return ()
+
+    def example(self, evidence: E) -> FrameSource | None:
+        """Frame that shows most of the scene; None if there are no frames."""
+        return evidence.sources[0]
+
+    def restored(self, content: JsonObject, n_levels: int) -> AbstractRecord:
+        """Record of an account, from what its `to_json` wrote.
+
+        Raises
+        ------
+        TypeError, ValueError, LookupError
+            If the content is damaged.
+        """
+        del content, n_levels
+        msg = f"{self.name} keeps no records"
+        raise ValueError(msg)
+
+    def figures(self, channels: Sequence[Response]) -> Sequence[Figure]:
+        """What there is to see of the evidence.
+
+        Parameters
+        ----------
+        channels : sequence of Response
+            All have an account of this kind.
+        """
+        del channels
+        return ()
+
+    def from_version_1(
+        self, entry: JsonObject, channel: str, curve: AbstractCurve, n_levels: int
+    ) -> Account | None:
+        """Account in an entry of a channel in version 1 of the file; None if there is none.
+
+        Raises
+        ------
+        TypeError, ValueError, LookupError
+            If the content is damaged.
+        """
+        del entry, channel, curve, n_levels
+        return None
+
+    def tables_from_version_1(
+        self, provenance: JsonObject, channels: Sequence[Response]
+    ) -> tuple[Table, ...]:
+        """Tables in the provenance of version 1 of the file.
+
+        Raises
+        ------
+        TypeError, ValueError, LookupError
+            If the content is damaged.
+        """
+        del provenance, channels
+        return ()

@@ -2,6 +2,7 @@
 
 One rule for all kinds: those that a user asks for by name; else those that are sure of their frames
 (raw files beside pictures, exposures that differ, repeats among them); else those that are not.
+What is given besides frames, such as measured points, is always among them.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -21,6 +22,7 @@ class Plan:
     """What will be read from frames, and why the rest will not."""
 
     taken: tuple[Proposal, ...]
+    """Those that read frames first: these say which channels there are."""
     left: tuple[Proposal, ...]
     """What there is as well, to be asked for by name."""
     declined: tuple[Declined, ...]
@@ -101,7 +103,9 @@ def planned(
     if not proposals:
         raise UnfitFramesError(str(declined[-1]))
     wanted = [each for each in proposals if each.kind in inputs.asked]
-    chosen = wanted or [each for each in proposals if each.sure] or proposals
+    sure = [each for each in proposals if each.sure]
+    # What is read from elsewhere does not stand for what frames show.
+    chosen = wanted or (sure if any(each.groups for each in sure) else proposals)
     if taken_by is not None:
         kept = [each for each in chosen if each.kind in taken_by]
         if not kept or (inputs.asked and len(kept) < len(chosen)):
@@ -112,7 +116,8 @@ def planned(
         for each in proposals
         if each not in chosen and (taken_by is None or each.kind in taken_by)
     )
-    return Plan(tuple(chosen), left, tuple(declined))
+    frames_first = sorted(chosen, key=lambda each: not each.groups)
+    return Plan(tuple(frames_first), left, tuple(declined))
 
 
 def _not_taken(

@@ -17,8 +17,8 @@ from chartless.formats._base import (
     Source,
 )
 from chartless.formats._tables import recorded_verdict
+from chartless.formats.calibration_file import FORMAT, load
 from chartless.result.calibration import Calibration
-from chartless.result.file import FORMAT, load
 from chartless.result.verdict import Grade
 from chartless.types import Floats32
 
@@ -139,7 +139,7 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
     Raises
     ------
     CalibrationFileError
-        As `import_response` and `chartless.result.file.load` do.
+        As `import_response` and `chartless.formats.calibration_file.load` do.
     """
     try:
         source = Source.read(Path(path))

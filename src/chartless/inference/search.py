@@ -136,6 +136,45 @@ def maximise(
     )
 
 
+def shares(
+    mode: Mode, terms: Sequence[AbstractTerm], spaces: Mapping[str, AbstractCurveSpace]
+) -> dict[str, Floats]:
+    r"""How much each term determines each curve, as a share of what all terms do.
+
+    With the covariance C of the coordinates of a curve and the information S_t of a term on them,
+    when all else that the term reads has to be found as well, :math:`\operatorname{tr}(C S_t)` is
+    the number of directions that the term determines. Over all terms and the prior these numbers
+    add up to that of the coordinates, if terms share nothing else.
+
+    Parameters
+    ----------
+    mode : Mode
+    terms : sequence of AbstractTerm
+        All terms that were searched.
+    spaces : mapping from names of curves to AbstractCurveSpace
+
+    Returns
+    -------
+    dict from names of curves to ndarray, shape (number of terms,)
+        Of sum 1.
+    """
+    unknowns = _Unknowns(terms, spaces)
+    determined: dict[str, list[float]] = {name: [] for name in unknowns.spaces}
+    for term in terms:
+        fit = term.fit(mode.edges, mode.values)
+        _, information = unknowns.expanded([fit], mode.values, [term])
+        with_prior = information + unknowns.prior_precision
+        for name, numbers in determined.items():
+            own = np.zeros(len(information), dtype=bool)
+            own[unknowns.places[name]] = True
+            cross = information[np.ix_(~own, own)]
+            rest = cho_factor(with_prior[np.ix_(~own, ~own)], lower=True, check_finite=False)
+            alone = information[np.ix_(own, own)] - cross.T @ cho_solve(rest, cross)
+            covariance = cho_solve((mode.factor, True), np.eye(own.size)[:, own])[own]
+            numbers.append(float(np.sum(covariance * alone)))
+    return {name: np.array(numbers) / sum(numbers) for name, numbers in determined.items()}
+
+
 def connected(terms: Sequence[AbstractTerm]) -> list[list[AbstractTerm]]:
     """Divide terms into groups that share no unknowns; what is held ties nobody."""
     groups: list[tuple[set[str], list[AbstractTerm]]] = []
@@ -280,13 +319,18 @@ class _Unknowns:
         }
         return {**coordinates, **others}
 
-    def expanded(self, fits: Sequence[AbstractFit], values: Values) -> tuple[Floats, Floats]:
-        """Gradient and information of the likelihood."""
+    def expanded(
+        self,
+        fits: Sequence[AbstractFit],
+        values: Values,
+        terms: Sequence[AbstractTerm] | None = None,
+    ) -> tuple[Floats, Floats]:
+        """Gradient and information of the likelihood, of all terms or of some."""
         pulls = {name: space.pull(values[name]) for name, space in self.spaces.items()}
         places, size = self._edge_places, self._n_with_edges
         gradient, information = np.zeros(size), np.zeros((size, size))
         expansions = _on_threads(fit.expand for fit in fits)
-        for term, expansion in zip(self._terms, expansions, strict=True):
+        for term, expansion in zip(terms or self._terms, expansions, strict=True):
             own = _runs([places[name] for name in (*term.curves, *(b.name for b in term.blocks))])
             for row, its_row in own:
                 gradient[row] += expansion.gradient[its_row]

@@ -49,11 +49,6 @@ class AbstractCalibrator(ABC):
     def method(self) -> str:
         """Name in `CALIBRATORS`."""
 
-    @property
-    def kinds(self) -> frozenset[str]:
-        """Names of the kinds of evidence that the method reads."""
-        return frozenset(each.kind for each in self.takes)
-
     def idle(self, kinds: Collection[str]) -> list[str]:
         """Settings that are not as usual, and change nothing where there are only these kinds."""
         usual = type(self)()
@@ -131,8 +126,9 @@ class AbstractCalibrator(ABC):
 
     def _require_fit(self, evidence: ChannelEvidence) -> None:
         given = {part.kind for part in evidence.parts}
-        if not given or not given <= self.kinds:
-            wanted, got = " or ".join(sorted(self.kinds)), " and ".join(sorted(given)) or "nothing"
+        if not given or not all(isinstance(part, self.takes) for part in evidence.parts):
+            named = [getattr(each, "kind", "any other kind") for each in self.takes]
+            wanted, got = " or ".join(named), " and ".join(sorted(given)) or "nothing"
             msg = f"{self.method} estimates from {wanted}, not from {got}: choose another method"
             raise ParameterError(msg)
         pairs = evidence.get(LevelPairs)

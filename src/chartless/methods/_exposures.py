@@ -9,7 +9,9 @@ from typing_extensions import override
 
 from chartless.curves import SampledCurve
 from chartless.evidence._base import AbstractChannelEvidence, ChannelEvidence
+from chartless.evidence.bracket.account import account_of_bracket
 from chartless.evidence.bracket.channel import ExposurePairs
+from chartless.evidence.bracket.judgement import seen_transfers
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.flags import Flag
 from chartless.methods._base import AbstractChannelCalibrator, ChannelProgress
@@ -34,15 +36,23 @@ class AbstractExposureCalibrator(AbstractChannelCalibrator):
         # Black and white are 0 and 1; between them such curves may turn back, cameras do not.
         lut = np.concatenate([[0.0], lut[1:-1], [lut[1:].max()]])
         rising = np.maximum.accumulate(np.maximum(lut, 0.0))
+        curve = SampledCurve.from_inverse(rising / rising[-1])
+        account = account_of_bracket(
+            evidence.channel,
+            curve,
+            exposures=np.exp(counts.log_exposures - counts.log_exposures.min()).tolist(),
+            transfers=seen_transfers(counts, counts.log_exposures),
+        )
         response = Response(
             name=evidence.channel,
-            curve=SampledCurve.from_inverse(rising / rising[-1]),
+            curve=curve,
             noise=None,
             n_levels=counts.n_levels,
             observed_levels=counts.observed_levels,
             n_pairs=counts.n_pixels,
             method=self.method,
             status=Status.CONVERGED if settled else Status.LIMIT_REACHED,
+            accounts=(account,),
         )
         doubts = (
             (Flag.NOT_MONOTONE, bool(np.any(np.diff(lut[1:]) < 0))),

@@ -22,9 +22,7 @@ from chartless.evidence._base import (
     ChannelEvidence,
     Judgement,
 )
-from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.noise.channel import LevelPairs, independent_share
-from chartless.evidence.noise.estimates import NoiseError
 from chartless.evidence.noise.judgement import judged_alone, judged_beside
 from chartless.evidence.noise.likelihood import PairCounts, with_scene
 from chartless.evidence.noise.start import noise_given_curve, noise_level_start
@@ -36,7 +34,6 @@ from chartless.evidence.noise.term import (
     ridge_share,
     scene_name,
 )
-from chartless.evidence.raw.channel import RawPairs
 from chartless.flags import Flag
 from chartless.inference.block import Values, curve_name
 from chartless.inference.channel_mode import ChannelMode
@@ -50,7 +47,7 @@ from chartless.inference.posterior import (
     noise_covariance,
 )
 from chartless.inference.ridge import RATIOS, at_ratio, belief, ridge
-from chartless.inference.search import Mode, maximise
+from chartless.inference.search import Mode, maximise, shares
 from chartless.inference.term import AbstractTerm
 from chartless.methods._base import (
     CALIBRATORS,
@@ -60,7 +57,8 @@ from chartless.methods._base import (
 )
 from chartless.methods._joint import MoreTerms, Parts, Searched, searched
 from chartless.models import AbstractModel
-from chartless.noise import SENSORS, AffineNoise, NoisePrior
+from chartless.noise import SENSORS, AffineNoise, NoiseError, NoisePrior
+from chartless.result.account import Account
 from chartless.result.response import Response, Status
 from chartless.types import Floats
 
@@ -131,8 +129,7 @@ class LikelihoodSearch(AbstractCalibrator):
 
     takes: ClassVar[tuple[type[AbstractChannelEvidence], ...]] = (
         LevelPairs,
-        ExposurePairs,
-        RawPairs,
+        AbstractCurveEvidence,
     )
     uses_dark: ClassVar[bool] = True
 
@@ -235,19 +232,23 @@ class LikelihoodSearch(AbstractCalibrator):
             aside = self._free._searched(_parts_of(channels))  # noqa: SLF001 - of this class
         if channels[0].get(LevelPairs) is not None:
             with_pairs = self._searched(search.parts, self._pairs_of(channels))
+        exponent_known = any(part.tells_exponent for part in channels[0].of_curve)
         responses = []
         for each in channels:
             channel = each.channel
             told = _judged(channel, search.parts, search.last, any_curve)
             shown = [_judged(channel, parts, single, None).estimate for parts, single in singles]
             told = _both(told, _disagreement(told.estimate, shown))
+            if shown:
+                told = told._replace(accounts=_shared(told.accounts, channel, search))
             if aside is not None:
                 told = _told_aside(each, search.parts[channel], told, aside)
             noise, settled = _Noise.at(search.last.found[channel]), search.settled(channel)
             if with_pairs is not None:
                 joint = with_pairs.found[channel]
                 (fit,) = (fit for fit in joint.mode.fits if isinstance(fit, PairFit))
-                told = _both(told, judged_beside(told.estimate, each[LevelPairs].still, fit))
+                of_noise = judged_beside(told.estimate, each[LevelPairs].still, fit)
+                told = _both(told, _idle(of_noise) if exponent_known else of_noise)
                 noise = _Noise.at(joint).beside(told.estimate, joint)
                 settled = settled and joint.mode.settled
             mode = search.first.found[channel].mode
@@ -357,7 +358,7 @@ class LikelihoodSearch(AbstractCalibrator):
             shape_std=estimate.shape_std,
             white_std=estimate.white_std,
             parameter_covariance=estimate.parameter_covariance,
-            **told.findings,
+            accounts=told.accounts,
         )
         doubts = (
             (Flag.SEARCH_UNFINISHED, not settled),
@@ -433,8 +434,13 @@ def _told_aside(
     for part, term in zip(evidence.of_curve, everything.terms[channel], strict=True):
         if part.kind not in kinds:
             aside = part.judged(told.estimate, found, term)
-            told = _both(told, aside._replace(estimate=told.estimate))
+            told = _both(told, _idle(aside._replace(estimate=told.estimate)))
     return told
+
+
+def _idle(told: Judgement) -> Judgement:
+    """A judgement of evidence that had no say in the curve."""
+    return told._replace(accounts=tuple(replace(each, share=0.0) for each in told.accounts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -463,7 +469,7 @@ def _judged(channel: str, parts: Parts, result: Searched, any_curve: Searched | 
     """
     found = result.found[channel]
     estimate = CurveEstimate.of(at_mode(found, result.space, skewed=True), result.space)
-    told = Judgement(estimate, (), {})
+    told = Judgement(estimate, (), ())
     if any_curve is not None:
         told = _missed(estimate, at_mode(any_curve.found[channel], any_curve.space, skewed=True))
     bare, widened = told.estimate, []
@@ -472,6 +478,21 @@ def _judged(channel: str, parts: Parts, result: Searched, any_curve: Searched | 
         widened.append(own.estimate)
         told = _both(told, own)
     return told._replace(estimate=with_mean_bands(widened))
+
+
+def _shared(accounts: Sequence[Account], channel: str, search: "_Search") -> tuple[Account, ...]:
+    """Accounts of several kinds with the share of each in what is known of the curve."""
+    result, name = search.last, curve_name(channel)
+    mode = result.found[channel].mode
+    terms = {
+        (owner, part.kind): term
+        for owner, parts in search.parts.items()
+        for part, term in zip(parts, result.terms[owner], strict=True)
+        if curve_name(owner) in mode.edges
+    }
+    told = shares(mode, [*terms.values()], dict.fromkeys(mode.edges, result.space))[name]
+    share = dict(zip(terms, told.tolist(), strict=True))
+    return tuple(replace(each, share=share[channel, each.kind]) for each in accounts)
 
 
 def _disagreement(estimate: CurveEstimate, singles: Sequence[CurveEstimate]) -> Judgement:
@@ -488,7 +509,7 @@ def _disagreement(estimate: CurveEstimate, singles: Sequence[CurveEstimate]) -> 
         if np.mean(off**2) > _FAR_APART**2 * np.mean(shown.shape_or_all**2) + _ALIKE**2:
             flags = (Flag.DISAGREEMENT,)
             estimate = estimate.with_level_errors(off)
-    return Judgement(estimate, flags, {})
+    return Judgement(estimate, flags, ())
 
 
 def _missed(estimate: CurveEstimate, any_curve: Posterior) -> Judgement:
@@ -501,7 +522,7 @@ def _missed(estimate: CurveEstimate, any_curve: Posterior) -> Judgement:
     of_light = _beyond(light - shown, any_curve.inverse_std)
     is_wrong = float(np.sqrt(np.mean(of_light**2))) > _WRONG
     wider = estimate.with_level_errors(np.hypot(missed, white * np.append(light[:-1], 0.0)))
-    return Judgement(wider, (Flag.MISFIT,) if is_wrong else (), {})
+    return Judgement(wider, (Flag.MISFIT,) if is_wrong else (), ())
 
 
 def _beyond(error: Floats | float, std: Floats | float) -> Floats:
@@ -511,9 +532,7 @@ def _beyond(error: Floats | float, std: Floats | float) -> Floats:
 
 def _both(first: Judgement, then: Judgement) -> Judgement:
     """A judgement and the next, which was given the estimate of the first."""
-    return Judgement(
-        then.estimate, (*first.flags, *then.flags), {**first.findings, **then.findings}
-    )
+    return Judgement(then.estimate, (*first.flags, *then.flags), (*first.accounts, *then.accounts))
 
 
 CALIBRATORS.register("likelihood", LikelihoodSearch)

@@ -10,6 +10,7 @@ from chartless.curves import SampledCurve
 from chartless.curves.prior import CurvePrior, measured_prior
 from chartless.curves.space import FreeCurve, free_curve
 from chartless.evidence._base import ChannelEvidence
+from chartless.evidence.noise.account import account_of_pairs
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.evidence.noise.misfit import is_gaussian
@@ -78,8 +79,7 @@ class NoiseLevelSearch(AbstractChannelCalibrator):
             method=self.method,
             status=Status.CONVERGED,
             inverse_lut_std=np.hypot(within, 0.5 * (high - low)),
-            outliers=outliers,
-            table=still,
+            accounts=(account_of_pairs(still, outliers=outliers),),
         )
         doubts = (
             (Flag.MOVERS, outliers > SOME_MOVERS),

@@ -1,7 +1,7 @@
-"""Figures. Functions draw on Axes that they are given, or make a Figure; they never show it.
+"""Figures of responses. Functions draw on Axes that they are given, or make a Figure.
 
-Only this package and the figures of `chartless.experiments` import matplotlib, and only the
-commands that draw import them.
+They never show it. Only this package, the figures of reports, of experiments and of the kinds of
+evidence import matplotlib, and only the commands that draw import them.
 """
 
 from chartless.plotting._style import (
@@ -16,20 +16,14 @@ from chartless.plotting._style import (
     VERMILION,
     save_figure,
 )
-from chartless.plotting.calibration import (
-    draw_cooccurrence,
+from chartless.plotting.curves import draw_fits, fits_figure
+from chartless.plotting.responses import (
     draw_deviations,
     draw_differences,
-    draw_noise,
-    draw_residuals,
     draw_response,
     draw_responses,
     draw_search,
-    draw_transfer_errors,
-    draw_transfers,
-    overview,
 )
-from chartless.plotting.curves import draw_fits, fits_figure
 
 __all__ = [
     "BLUE",
@@ -41,18 +35,12 @@ __all__ = [
     "SERIES_COLOURS",
     "SKY",
     "VERMILION",
-    "draw_cooccurrence",
     "draw_deviations",
     "draw_differences",
     "draw_fits",
-    "draw_noise",
-    "draw_residuals",
     "draw_response",
     "draw_responses",
     "draw_search",
-    "draw_transfer_errors",
-    "draw_transfers",
     "fits_figure",
-    "overview",
     "save_figure",
 ]

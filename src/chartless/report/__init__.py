@@ -11,6 +11,7 @@ from chartless.errors import ChartlessError, OutputError
 from chartless.frames.frame import Frame
 from chartless.report._comparison import comparison as comparison
 from chartless.report._notebook import card as card
+from chartless.report._overview import overview as overview
 from chartless.report._page import environment as environment
 from chartless.report._page import render as render
 from chartless.report._page import stylesheet as stylesheet
@@ -52,7 +53,7 @@ def require_page(path: str | os.PathLike[str]) -> None:
 
 
 def example_frame(calibration: Calibration) -> Frame | None:
-    """Read an input of a calibration again: the first or, of a bracket, the one least clipped.
+    """Read an input of a calibration again: the first, or the one that shows most of the scene.
 
     Returns
     -------
@@ -62,14 +63,15 @@ def example_frame(calibration: Calibration) -> Frame | None:
     from chartless.images import read_frame
 
     known = calibration.provenance
-    digests = {each["file"]: each["sha256"] for each in known.get("inputs", [])}
-    exposures = known.get("exposures") or []
-    best = min(exposures, key=lambda each: each["black"] + each["white"], default=None)
-    name = next(iter(digests), None) if best is None else best["file"]
-    if name is None:
+    inputs = known.get("inputs", [])
+    examples = [each.example for each in calibration.evidence if each.example is not None]
+    if not calibration.evidence:
+        examples = [0]
+    if not examples or not inputs:
         return None
+    chosen = inputs[examples[0]]
     try:
-        frame = read_frame(name)
+        frame = read_frame(chosen["file"])
     except ChartlessError:
         return None
-    return frame if frame.sha256 == digests.get(name) else None
+    return frame if frame.sha256 == chosen["sha256"] else None

@@ -4,8 +4,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from chartless.formats import FORMATS, AbstractFormat, ExportSettings
+from chartless.formats.calibration_file import to_text
 from chartless.result.calibration import Calibration
-from chartless.result.file import to_text
 
 _MOST_BYTES = 600_000  # of a file; in the page it takes a third more
 _MOST_EXPORTED = 60_000  # of a file in another format
@@ -44,11 +44,14 @@ def _is_small(download: Download) -> bool:
 
 
 def _as_json(calibration: Calibration) -> list[Download]:
-    """The calibration file; without the level pairs, or not at all, where it is too large."""
-    bare = [replace(each, table=None) for each in calibration.channels]
+    """The calibration file; without the records of evidence, or not at all, if it is too large."""
+    bare = [
+        replace(each, accounts=tuple(replace(account, record=None) for account in each.accounts))
+        for each in calibration.channels
+    ]
     choices = {
         "calibration": calibration,
-        "calibration without level pairs": replace(calibration, channels=tuple(bare)),
+        "calibration without records of the evidence": replace(calibration, channels=tuple(bare)),
     }
     for label, choice in choices.items():
         content = to_text(choice).encode()

@@ -3,17 +3,15 @@
 import base64
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from chartless.evidence.bracket.estimates import ExposureEstimate
-from chartless.evidence.raw.estimates import RawEstimate
 from chartless.formats import FORMATS
 from chartless.frames.frame import Frame
 from chartless.report._downloads import downloads
@@ -23,13 +21,12 @@ from chartless.report._words import unbroken
 from chartless.result.calibration import Calibration
 from chartless.result.response import Response
 from chartless.result.summary import (
+    Line,
+    account_lines,
     doubts,
     error_text,
-    fit_text,
-    found_exposures,
     n_frames,
     noise_text,
-    ratio_text,
     white_text,
 )
 from chartless.result.verdict import Grade, verdict
@@ -44,13 +41,6 @@ _IN_WORDS = {
 }
 _DIGITS = 12  # of an SHA-256
 _FEW = 8  # inputs; more are folded away
-
-
-class Row(NamedTuple):
-    """A quantity with its value for each channel."""
-
-    name: str
-    values: Sequence[str]
 
 
 def render(calibration: Calibration, frame: Frame | None = None) -> str:
@@ -83,6 +73,7 @@ def render(calibration: Calibration, frame: Frame | None = None) -> str:
         figures=drawings(calibration.channels),
         numbers=_numbers(calibration.channels),
         levels=_levels(calibration.channels),
+        tables=[table for each in calibration.evidence for table in each.tables],
         pictures=[] if frame is None else previews(calibration, frame),
         provenance=_provenance(calibration),
         downloads=downloads(calibration),
@@ -123,65 +114,33 @@ def _data_uri(content: bytes, media_type: str) -> str:
     return f"data:{media_type};base64,{base64.b64encode(content).decode()}"
 
 
-def _numbers(channels: Sequence[Response]) -> list[Row]:
+def _numbers(channels: Sequence[Response]) -> list[Line]:
     """What is known of each channel; quantities that the method tells of none are left out."""
+
+    def line(name: str, text: Callable[[Response], str]) -> Line:
+        return Line(name, tuple(map(text, channels)))
+
     rows = [
-        Row("Error of the light", [error_text(each.inverse_lut_std) for each in channels]),
-        Row("… of its shape alone", [error_text(each.shape_std) for each in channels]),
-        Row("… at white, relative", [white_text(each) for each in channels]),
-        Row("Noise slope U", [noise_text("slope", each, 3) for each in channels]),
-        Row("Noise floor V", [noise_text("floor", each, 1) for each in channels]),
-        Row("Error of the exponent", [_exponent(each.exposures) for each in channels]),
-        Row("Scatter between exposures", [_scatter(each.exposures) for each in channels]),
-        Row("Weights of raw red, green, blue", [_matrix(each.raw) for each in channels]),
-        Row("Gains of the shots", [_gains(each.raw) for each in channels]),
-        Row("Gain of the corners", [_corner(each.raw) for each in channels]),
-        Row("Scatter of greys", [_scatter(each.raw) for each in channels]),
-        Row("Levels seen", ["{} to {}".format(*each.observed_levels) for each in channels]),
-        Row("Pixels compared", [f"{each.n_pairs:,}" for each in channels]),
-        Row("Of these left out", [_share(each.outliers) for each in channels]),
-        Row("Goodness of fit", [fit_text(each) for each in channels]),
-        Row("The search", [each.status.value for each in channels]),
+        line("Error of the light", lambda each: error_text(each.inverse_lut_std)),
+        line("… of its shape alone", lambda each: error_text(each.shape_std)),
+        line("… at white, relative", white_text),
+        line("Noise slope U", lambda each: noise_text("slope", each, 3)),
+        line("Noise floor V", lambda each: noise_text("floor", each, 1)),
+        *account_lines(channels),
+        line("Levels seen", lambda each: "{} to {}".format(*each.observed_levels)),
+        line("Pixels compared", lambda each: f"{each.n_pairs:,}"),
+        line("The search", lambda each: each.status.value),
     ]
     if all(each.n_pairs == 0 for each in channels):  # of another program's file
         rows = [row for row in rows if row.name not in _OF_SEARCH]
     return [row for row in rows if set(row.values) != {"-"}]
 
 
-def _exponent(found: ExposureEstimate | None) -> str:
-    if found is None or found.exponent_error == 0:  # exact
-        return "-"
-    return f"± {found.exponent_error:.1%}"
-
-
-def _scatter(found: ExposureEstimate | RawEstimate | None) -> str:
-    return "-" if found is None else f"{found.scatter:.1%}"
-
-
-def _matrix(found: RawEstimate | None) -> str:
-    return "-" if found is None else " ".join(f"{weight:.2f}" for weight in found.matrix)
-
-
-def _gains(found: RawEstimate | None) -> str:
-    if found is None:
-        return "-"
-    low, high = min(found.gains), max(found.gains)
-    return f"{low:.3f}" if low == high else f"{low:.3f} to {high:.3f}"
-
-
-def _corner(found: RawEstimate | None) -> str:
-    return "-" if found is None else f"{found.corner_gain:.3f}"
-
-
-def _share(share: float | None) -> str:
-    return "-" if share is None else f"{share:.2%}"
-
-
-def _levels(channels: Sequence[Response]) -> list[Row]:
+def _levels(channels: Sequence[Response]) -> list[Line]:
     """Light at a dozen levels."""
     last = channels[0].n_levels - 1
     return [
-        Row(str(level), [_light(each, level) for each in channels])
+        Line(str(level), tuple(_light(each, level) for each in channels))
         for level in np.rint(_SHARES * last).astype(int)
     ]
 
@@ -207,9 +166,6 @@ def _provenance(calibration: Calibration) -> JsonObject:
         {"name": Path(each["file"]).name, "digest": each["sha256"][:_DIGITS]}
         for each in known.get("inputs", [])
     ]
-    given = known.get("exposures") or []
-    middle = calibration.channels[len(calibration.channels) // 2]
-    found = found_exposures([each["relative"] for each in given], middle)
     return {
         "settings": {
             _IN_WORDS.get(name, name): _text(value) for name, value in settings.items() if value
@@ -218,16 +174,6 @@ def _provenance(calibration: Calibration) -> JsonObject:
         "n_pictures": n_frames(calibration),
         "inputs": inputs[:_FEW],
         "more": inputs[_FEW:],
-        "exposures": [
-            {
-                **each,
-                "name": Path(each["file"]).name,
-                "relative": ratio_text(each["relative"]),
-                "found": ratio_text(found[place]) if found else "",
-            }
-            for place, each in enumerate(given)
-        ],
-        "found_in": middle.name if found else "",
         "remarks": known.get("remarks", []),
     }
 

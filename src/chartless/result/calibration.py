@@ -7,8 +7,9 @@ import numpy.typing as npt
 
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
-from chartless.flags import Flag, Pattern
-from chartless.result.response import Response
+from chartless.flags import Flag
+from chartless.result.account import Reading
+from chartless.result.response import Response, html_card
 from chartless.types import Floats32, JsonObject, Levels
 
 _PART = 1 << 12  # pixels
@@ -18,13 +19,15 @@ _PART = 1 << 12  # pixels
 class Calibration:
     """What calibrating a camera gives: one `Response` for each channel, and where from.
 
-    `chartless.result.file` saves and loads it.
+    `chartless.formats.calibration_file` saves and loads it.
     """
 
     channels: tuple[Response, ...]
     """One named "Y", or three named "R", "G" and "B"."""
     bit_depth: int
     """Of the frames it was made from."""
+    evidence: tuple[Reading, ...] = ()
+    """What was read, by kind; empty if another program made the curves."""
     provenance: JsonObject = field(default_factory=dict)
     """Version, time, inputs with their SHA-256, settings."""
 
@@ -43,15 +46,6 @@ class Calibration:
             flag: names
             for flag in Flag
             if (names := [each.name for each in self.channels if flag in each.flags])
-        }
-
-    @property
-    def patterns(self) -> dict[Pattern, list[str]]:
-        """How channels misfit, with the names of the channels concerned."""
-        return {
-            pattern: names
-            for pattern in Pattern
-            if (names := [each.name for each in self.channels if each.pattern is pattern])
         }
 
     def linearize(self, levels: Levels, *, white: int | None = None) -> Floats32:
@@ -113,9 +107,7 @@ class Calibration:
         return f"<Calibration of {self.bit_depth}-bit frames:{rows}>"
 
     def _repr_html_(self) -> str:
-        from chartless.report import card
-
-        return card(self.channels)
+        return html_card(self.channels)
 
     def _curves_for(self, picture: npt.NDArray[np.generic]) -> tuple[AbstractCurve, ...]:
         """One curve for each channel of the picture; a single one serves all of them."""

@@ -14,9 +14,7 @@ from chartless.types import JsonObject
 _Kinds: TypeAlias = Mapping[str, type | UnionType]
 
 _LINEAR = 0.01  # RMSE from a straight line
-_NUMBER = int | float
 _INPUT: _Kinds = {"file": str, "sha256": str}
-_EXPOSURE: _Kinds = {"file": str, "relative": _NUMBER, "black": _NUMBER, "white": _NUMBER}
 
 
 def provenance(
@@ -24,7 +22,6 @@ def provenance(
     settings: JsonObject,
     responses: Sequence[Response],
     *,
-    exposures: list[JsonObject] | None = None,
     remarks: Iterable[str] = (),
 ) -> JsonObject:
     """Version, time, inputs, settings, and remarks on what was read and what came out.
@@ -37,8 +34,6 @@ def provenance(
         Of evidence and method.
     responses : sequence of Response
         The result.
-    exposures : list of JsonObject, optional
-        Of a bracket.
     remarks : iterable of str
         More of them.
     """
@@ -47,7 +42,6 @@ def provenance(
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "inputs": [_input(source) for source in sources],
         "settings": settings,
-        "exposures": exposures,
         "remarks": [
             *(f"{each.path}: {remark}" for each in sources for remark in each.remarks),
             *_linear(responses),
@@ -66,7 +60,6 @@ def require_sound(known: JsonObject) -> None:
         msg = "its remarks should be texts"
         raise ValueError(msg)
     _require_entries("inputs", known.get("inputs", []), _INPUT)
-    _require_entries("exposures", known.get("exposures") or [], _EXPOSURE)
     for each in known.get("inputs", []):
         first, last = each.get("frames", (1, 1))
         if not _are(int, first, last, each.get("used", 1)):

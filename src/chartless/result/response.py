@@ -1,19 +1,18 @@
 """The value that every calibration returns: one channel's curve, noise and trustworthiness."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from importlib import import_module
 
 import numpy as np
 
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
-from chartless.evidence.bracket.estimates import ExposureEstimate
-from chartless.evidence.noise.cooccurrence import Cooccurrence
-from chartless.evidence.noise.estimates import NoiseError
-from chartless.evidence.raw.estimates import RawEstimate
-from chartless.flags import Flag, Pattern
+from chartless.flags import Flag
 from chartless.models import UNIFORM_IRRADIANCE
-from chartless.noise import AffineNoise
+from chartless.noise import AffineNoise, NoiseError
+from chartless.result.account import Account, Fit
 from chartless.types import Floats
 
 
@@ -54,21 +53,15 @@ class Response:
     observed_levels: tuple[int, int]
     """Lowest and highest level seen. Beyond them the curve is extrapolated."""
     n_pairs: int
-    """Pixel pairs that were counted."""
+    """Pixels, pairs of them or blocks that were compared; 0 if another program made the curve."""
     method: str
     """Name in `chartless.methods.CALIBRATORS`."""
     status: Status
     flags: tuple[Flag, ...] = ()
-    similarity: float | None = None
-    """Goodness of fit, 0 … 1: image similarity as a share of what the true model would reach
-    on so many pixels; None where the method does not tell it."""
-    deviance: float | None = None
-    """Goodness of fit of the likelihood: deviance of the level pairs over what chance gives, 1 if
-    the model explains them; None where the method does not tell it."""
-    pattern: Pattern | None = None
-    """How the level pairs differ from what the model expects, where that is a misfit."""
+    accounts: tuple[Account, ...] = ()
+    """What each kind of evidence says besides the curve."""
     log_evidence: float | None = None
-    """Logarithm of the probability of the pairs under the family, by Laplace, for comparing
+    """Logarithm of the probability of the evidence under the family, by Laplace, for comparing
     families on the same frames; None where the method does not tell it."""
     noise_error: NoiseError | None = None
     """Of the noise parameters, where the method tells one."""
@@ -80,22 +73,10 @@ class Response:
     white_std: float | None = None
     """The other part: relative deviation of the light at white against that of all levels. It is
     large where frames do not show how levels go over into white."""
-    inverse_lut_std_with_dark: Floats | None = None
-    """What `inverse_lut_std` would be after two frames with the lens covered, shape (L,); None
-    where there were some, for a family and where the method makes no use of them."""
     parameter_covariance: Floats | None = None
     """Of the parameters of the family, in their order, shape (P, P); None without a family and
     where the method does not tell it."""
-    outliers: float | None = None
-    """Share of the pairs left out because they changed far more than noise explains; None where
-    the method leaves none out."""
-    exposures: ExposureEstimate | None = None
-    """Of a bracket, where the method tells it."""
-    raw: RawEstimate | None = None
-    """Of raw files, where there were some."""
     history: SearchHistory | None = None
-    table: Cooccurrence | None = None
-    """The evidence, for plots and for estimating again, without what was left out."""
 
     @property
     def inverse_lut(self) -> Floats:
@@ -108,19 +89,32 @@ class Response:
         return self.curve.response(UNIFORM_IRRADIANCE)
 
     @property
-    def exposure_misfit(self) -> float | None:
-        """Goodness of fit of a bracket, 0 if the curve explains it.
+    def kinds(self) -> tuple[str, ...]:
+        """Names of the kinds of evidence that have an account."""
+        return tuple(each.kind for each in self.accounts)
 
-        How far the light of two exposures is from their ratio: relative, in the median. None where
-        the method does not tell what they show.
+    @property
+    def fits(self) -> tuple[Fit, ...]:
+        """How well the curve explains the evidence of all kinds."""
+        return tuple(fit for each in self.accounts for fit in each.fits)
+
+    def account(self, kind: str) -> Account:
+        """What a kind of evidence says besides the curve; LookupError if there is none.
+
+        Examples
+        --------
+        >>> response = calibration.channel("G")  # doctest: +SKIP
+        >>> response.account("bracket")["scatter"]  # doctest: +SKIP
+        0.021
         """
-        if self.exposures is None or not any(each.upper for each in self.exposures.transfers):
-            return None
-        apart = [each.apart(self.curve, self.n_levels) for each in self.exposures.transfers]
-        return float(np.median(np.abs(np.concatenate(apart))))
+        for each in self.accounts:
+            if each.kind == kind:
+                return each
+        msg = f"no account of {kind} in {', '.join(self.kinds) or 'this response'}"
+        raise LookupError(msg)
 
     def at_levels(self, n_levels: int) -> "Response":
-        """Return the same curve for frames of another number of levels; without the evidence."""
+        """Return the same curve for frames of another number of levels."""
         last = self.n_levels - 1
         scale = (n_levels - 1) / last
         low, high = self.observed_levels
@@ -136,9 +130,7 @@ class Response:
             observed_levels=(int(low * scale), int(high * scale)),
             inverse_lut_std=spread(self.inverse_lut_std),
             shape_std=spread(self.shape_std),
-            inverse_lut_std_with_dark=None,
-            exposures=None if self.exposures is None else self.exposures.scaled(scale),
-            table=None,
+            accounts=tuple(each.at_levels(n_levels) for each in self.accounts),
         )
 
     def __repr__(self) -> str:
@@ -147,14 +139,21 @@ class Response:
         return f"<Response {self.name}: {', '.join((*what, *(each.code for each in self.flags)))}>"
 
     def _repr_html_(self) -> str:
-        from chartless.report import card
-
-        return card([self])
+        return html_card([self])
 
     def with_flags(self, *flags: Flag) -> "Response":
         """Return the same response with more flags, each at most once, in a fixed order."""
         held = {*self.flags, *flags}
         return replace(self, flags=tuple(flag for flag in Flag if flag in held))
+
+
+def html_card(channels: Sequence[Response]) -> str:
+    """HTML fragment that a notebook shows of responses.
+
+    Reports, which draw it, lie above results and load matplotlib: they are found by name, and only
+    when a notebook asks.
+    """
+    return str(import_module("chartless.report").card(channels))
 
 
 def rmse(curve: AbstractCurve | Response, truth: AbstractCurve | Response) -> float:

@@ -1,33 +1,39 @@
 """A calibration in short texts: what the terminal and the report both say."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
-
-import numpy as np
+from typing import Literal, NamedTuple
 
 from chartless.flags import Flag
+from chartless.result.account import written
 from chartless.result.calibration import Calibration
 from chartless.result.response import Response
 from chartless.result.verdict import deviation
 from chartless.types import Floats, JsonObject
 
-_ALIKE = 0.0005  # relative, of exposures: not seen in four digits
+_NO_BREAK = "\N{NO-BREAK SPACE}"
 _MOST_DECIMALS = 5  # of the noise; what is less is as good as none
 
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """A flag or a pattern of misfit, in words."""
+    """A flag, in words."""
 
     code: str
-    """As in `Flag`; "misfit, peaked" and the like for patterns."""
+    """As in `Flag`."""
     channels: tuple[str, ...]
     advice: str
     """What it means and what to do."""
-    detail: str = ""
-    """What that would change, in numbers."""
+    details: tuple[str, ...] = ()
+    """What it means here, where kinds of evidence say so; with the channels where these differ."""
+
+
+class Line(NamedTuple):
+    """A quantity with its value for each channel."""
+
+    name: str
+    values: tuple[str, ...]
 
 
 def n_frames(calibration: Calibration) -> int:
@@ -38,19 +44,31 @@ def n_frames(calibration: Calibration) -> int:
 
 def doubts(calibration: Calibration) -> list[Doubt]:
     """What is doubtful about a calibration, with what to do; empty if nothing is."""
-    found = []
-    for flag, names in calibration.flags.items():
-        detail = ""
-        if flag is Flag.DARK_LEVELS_UNSEEN:
-            changes = ", ".join(_change_by_dark(calibration.channel(name)) for name in names)
-            detail = f"two frames with the lens covered (`dark`) would bring the error of {changes}"
-        found.append(Doubt(flag.code, tuple(names), flag.advice, detail))
-        if flag is Flag.MISFIT:
-            found += [
-                Doubt(f"misfit, {pattern.code}", tuple(misfits), pattern.advice)
-                for pattern, misfits in calibration.patterns.items()
+    return [
+        Doubt(flag.code, tuple(names), flag.advice, _details(calibration, flag, names))
+        for flag, names in calibration.flags.items()
+    ]
+
+
+def account_lines(channels: Sequence[Response]) -> list[Line]:
+    """Facts and fits of all kinds of evidence, a line for each that a channel has."""
+    found: dict[tuple[str, str], tuple[str, dict[str, str]]] = {}
+    for response in channels:
+        for account in response.accounts:
+            shown = [
+                *((fact.code, fact.label, fact.text) for fact in account.facts),
+                *((fit.code, fit.label, written(fit.value, fit.form)) for fit in account.fits),
             ]
-    return found
+            if account.share is not None:
+                label = f"Share of the information from {account.kind}"
+                shown.append(("share", label, f"{account.share:.0%}"))
+            for code, label, text in shown:
+                _, texts = found.setdefault((account.kind, code), (label, {}))
+                texts[response.name] = text
+    return [
+        Line(label, tuple(texts.get(response.name, "-") for response in channels))
+        for label, texts in found.values()
+    ]
 
 
 def noise_text(which: Literal["slope", "floor"], response: Response, digits: int) -> str:
@@ -69,20 +87,6 @@ def noise_text(which: Literal["slope", "floor"], response: Response, digits: int
     return f"{value:.{decimals}f} ± {error:.{decimals}f}"
 
 
-def found_exposures(given: Sequence[float], response: Response) -> list[float]:
-    """Exposures as the pictures show them, in units of those given; empty if they are these."""
-    known = () if response.exposures is None else response.exposures.relative
-    if len(known) != len(given) or min(known, default=0) <= 0:
-        return []
-    found = np.array(known) / known[int(np.argmin(given))] * min(given)
-    return [] if np.allclose(found, given, rtol=_ALIKE, atol=0) else found.tolist()
-
-
-def ratio_text(value: float) -> str:
-    """Relative exposure in four digits."""
-    return f"{float(f'{value:.4g}'):g}"  # 10230 and not 1.023e+04
-
-
 def error_text(std: Floats | None) -> str:
     """Root mean square of the deviations of the inverse response."""
     return "-" if std is None else f"± {deviation(std):.3f}"
@@ -94,12 +98,16 @@ def white_text(response: Response) -> str:
 
 
 def fit_text(response: Response) -> str:
-    """Goodness of fit, by the measure that the method has."""
-    if response.raw is not None:
-        return f"scatter {response.raw.scatter:.1%}"
-    if response.deviance is not None:
-        return f"deviance {response.deviance:.2f}"
-    return "-" if response.similarity is None else f"similarity {response.similarity:.3f}"
+    """Goodness of fit, by the measures that kinds of evidence have."""
+    return ", ".join(fit.text for fit in response.fits) or "-"
+
+
+def of_each(channels: Sequence[Response], text: Callable[[Response], str]) -> str:
+    """A text for each channel with its name, or alone; lines break between channels only."""
+    if len(channels) == 1:
+        return text(channels[0]).replace(" ", _NO_BREAK)
+    named = (f"{response.name} {text(response)}" for response in channels)
+    return ", ".join(each.replace(" ", _NO_BREAK) for each in named)
 
 
 def _frames_of(source: JsonObject) -> int:
@@ -109,6 +117,15 @@ def _frames_of(source: JsonObject) -> int:
     return int(source.get("used", last - first + 1))
 
 
-def _change_by_dark(response: Response) -> str:
-    now, then = map(error_text, (response.inverse_lut_std, response.inverse_lut_std_with_dark))
-    return f"{response.name} from {now} to {then}"
+def _details(calibration: Calibration, flag: Flag, names: Sequence[str]) -> tuple[str, ...]:
+    """What accounts say of a flag, each text once."""
+    said: dict[str, list[str]] = {}
+    for name in names:
+        for account in calibration.channel(name).accounts:
+            if flag.code in account.details:
+                said.setdefault(account.details[flag.code], []).append(name)
+    everywhere = len(calibration.channels)
+    return tuple(
+        text if len(where) in (everywhere, len(names)) else f"{', '.join(where)}: {text}"
+        for text, where in said.items()
+    )

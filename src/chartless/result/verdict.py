@@ -22,14 +22,8 @@ GOOD_WHITE = 0.02
 WORST_BAND = 0.045
 """Deviation above which a curve is no better than simply assuming sRGB, which is off by as much
 (docs/brackets.md)."""
-WORST_DEVIANCE = 2.0
-"""Misfit, in multiples of chance, up to which the band held in simulated cameras."""
-WORST_EXPOSURE_MISFIT = 0.05
-"""Of the light of two exposures from their ratio, up to which a bracket is good. Of nine measured
-cameras the four that are good are off by 0.0054 at most, the others by up to 0.0147
-(docs/brackets.md)."""
 GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.DISAGREEMENT, Flag.NOT_MONOTONE})
-"""Flags with which the band does not hold: MISFIT above `WORST_DEVIANCE` or where that is unknown,
+"""Flags with which the band does not hold: MISFIT unless all fits are within their limits for that,
 and the others always."""
 
 _NO_ERROR = "No error is known for this curve."
@@ -89,10 +83,9 @@ def verdict(channels: Sequence[Response]) -> Verdict:
 
     Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
     with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, of which the
-    light at white is known to more than `GOOD_WHITE`, that leaves
-    more than `WORST_EXPOSURE_MISFIT` between exposures, in the channel that
-    `typical_of_exposures` chooses, or of which no error or no goodness of fit is known. Others are
-    good.
+    light at white is known to more than `GOOD_WHITE`, that explains a kind of evidence no better
+    than that kind calls good, in the channel that `typical` chooses, or of which no error or no
+    goodness of fit is known. Others are good.
 
     Parameters
     ----------
@@ -133,14 +126,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
         doubtful.append(_NO_ERROR)
     if any(_is_untested(response) for response in channels):
         doubtful.append("Whether curve and noise explain the pictures was not tested.")
-    typical = typical_of_exposures(channels)
-    apart = None if typical is None else typical.exposure_misfit
-    if typical is not None and apart is not None and apart > WORST_EXPOSURE_MISFIT:
-        doubtful.append(
-            f"The light of two exposures is {apart:.1%} from their ratio in the median (channel "
-            f"{typical.name}), of good brackets {WORST_EXPOSURE_MISFIT:.0%} or less: the camera "
-            "may have set white balance or tone anew."
-        )
+    doubtful += _remarks(channels)
     if other:
         doubtful.append(f"Doubtful: {_listed(other)}.")
     grade = Grade.DISTRUST if bad else Grade.CARE if doubtful else Grade.GOOD
@@ -163,15 +149,34 @@ def is_foreign(channels: Sequence[Response]) -> bool:
     return not any(response.n_pairs for response in channels)
 
 
-def typical_of_exposures(channels: Sequence[Response]) -> Response | None:
-    """Channel by whose `Response.exposure_misfit` a bracket is judged; None if none is known.
+def typical(channels: Sequence[Response], kind: str, code: str) -> Response | None:
+    """Channel by whose fit of this kind and name all are judged; None if none is known.
 
-    The middle one by that misfit, of two the worse: fewer levels of one channel may be seen, and be
+    The middle one by that fit, of two the worse: fewer levels of one channel may be seen, and be
     noisier.
     """
-    known = [each for each in channels if each.exposure_misfit is not None]
-    ranked = sorted(known, key=lambda each: each.exposure_misfit or 0.0)
-    return ranked[len(ranked) // 2] if ranked else None
+    known = [
+        (account[code], response)
+        for response in channels
+        for account in response.accounts
+        if account.kind == kind and code in account
+    ]
+    ranked = sorted(known, key=lambda pair: pair[0])
+    return ranked[len(ranked) // 2][1] if ranked else None
+
+
+def _remarks(channels: Sequence[Response]) -> list[str]:
+    """What fits remark that are not good in the typical channel."""
+    fits = [
+        (response, account.kind, fit)
+        for response in channels
+        for account in response.accounts
+        for fit in account.fits
+        if fit.remark and fit.good is not None and fit.value > fit.good
+    ]
+    return [
+        fit.remark for response, kind, fit in fits if typical(channels, kind, fit.code) is response
+    ]
 
 
 def _of_white(std: float | None) -> list[str]:
@@ -186,16 +191,17 @@ def _of_white(std: float | None) -> list[str]:
 
 
 def _grave(response: Response) -> set[Flag]:
-    slight = response.deviance is not None and response.deviance <= WORST_DEVIANCE
+    limits = [(fit.value, fit.bad) for fit in response.fits if fit.bad is not None]
+    slight = bool(limits) and all(value <= bad for value, bad in limits)
     return {
         flag for flag in response.flags if flag in GRAVE and not (slight and flag is Flag.MISFIT)
     }
 
 
 def _is_untested(response: Response) -> bool:
-    """Whether level pairs were fitted by a method that tells no goodness of fit."""
-    unknown = response.deviance is None and response.similarity is None
-    return response.table is not None and unknown and Flag.MISFIT not in response.flags
+    """Whether the method tells no goodness of fit."""
+    unknown = any(not each.fits for each in response.accounts)
+    return unknown and Flag.MISFIT not in response.flags
 
 
 def _listed(flags: set[Flag]) -> str:

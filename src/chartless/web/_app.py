@@ -18,7 +18,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from chartless.errors import ChartlessError, with_options
-from chartless.result.file import to_text
+from chartless.formats.calibration_file import to_text
 from chartless.web import _page
 from chartless.web._guard import Guard, cookie_of
 from chartless.web._limits import Limits

@@ -23,6 +23,7 @@ def document(*, is_shared: bool = False) -> str:
     is_shared : bool
         Whether other computers reach it.
     """
+    from chartless.evidence.options import all_options
     from chartless.evidence.plan import AUTO, BOTH
     from chartless.evidence.registry import KINDS
     from chartless.formats import FORMATS
@@ -38,6 +39,7 @@ def document(*, is_shared: bool = False) -> str:
             default_method=DEFAULT_METHOD,
             models=list(MODELS),
             kinds=[AUTO, *KINDS, BOTH],
+            ticks=[each for each in all_options().values() if each.option.page],
             is_shared=is_shared,
             formats=[each for each in FORMATS.values() if each.is_written],
         )

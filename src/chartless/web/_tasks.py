@@ -17,12 +17,12 @@ from chartless.formats import (
     is_calibration,
     load_calibration,
 )
+from chartless.formats.calibration_file import load, save
 from chartless.frames.frame import Frame
 from chartless.images import is_raw, is_video, read_settings, read_size
 from chartless.report import comparison, example_frame
 from chartless.report import save as save_report
 from chartless.result.calibration import Calibration
-from chartless.result.file import load, save
 from chartless.result.verdict import verdict
 from chartless.types import JsonObject
 from chartless.workflow import calibrate

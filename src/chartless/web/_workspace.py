@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 
 from chartless.errors import ChartlessError, ParameterError
 from chartless.evidence.exposures import parsed_times
+from chartless.evidence.options import all_options
 from chartless.frames.sequence import naturally_sorted
 from chartless.types import JsonObject
 from chartless.web._limits import Limits
@@ -20,7 +21,8 @@ from chartless.web._workers import TaskError, Workers
 
 ROLES = ("frame", "dark", "unused")
 _TEXTS = ("method", "model", "channels", "evidence", "times")
-_TICKS = {"shared_noise": "shared noise", "unaligned": "unaligned"}
+_OF_KINDS = {each.flag: each for each in all_options().values() if each.option.page}
+_TICKS = {"shared_noise": "shared noise", **{flag: flag.replace("-", " ") for flag in _OF_KINDS}}
 _ODD = re.compile(r"[^\w .,()+@=-]")  # in names of files
 _LONGEST, _LONGEST_SUFFIX = 150, 50  # bytes of the name of a file; systems have room for 255
 _LONGEST_TIMES = 100  # characters, in a title
@@ -233,8 +235,8 @@ class Workspace:
         Parameters
         ----------
         options : dict
-            method, model, channels, evidence, times (a text), shared_noise and unaligned, as the
-            command line has them. Empty ones and others are left away.
+            method, model, channels, evidence, times (a text), shared_noise and flags of kinds of
+            evidence, as the command line has them. Empty ones and others are left out.
 
         Returns
         -------
@@ -391,8 +393,9 @@ def _arguments(chosen: JsonObject) -> JsonObject:
     arguments = dict(chosen)
     if "times" in arguments:
         arguments["times"] = parsed_times(arguments["times"].split(", "))
-    if arguments.pop("unaligned", False):
-        arguments["aligned"] = False
+    for flag, asked in _OF_KINDS.items():
+        if arguments.pop(flag, False):
+            arguments[asked.name] = not asked.default
     return arguments
 
 

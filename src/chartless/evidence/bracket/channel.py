@@ -8,6 +8,7 @@ from typing_extensions import override
 
 from chartless.curves.prior import CurvePrior
 from chartless.evidence._base import AbstractCurveEvidence, Guess, Judgement
+from chartless.evidence.bracket.account import NAME
 from chartless.evidence.bracket.judgement import (
     are_off,
     exposures_found,
@@ -49,7 +50,7 @@ class ExposurePairs(AbstractCurveEvidence):
     apart, exposures stay as found: of the light at white such pairs tell wrong.
     """
 
-    kind: ClassVar[str] = "bracket"
+    kind: ClassVar[str] = NAME
     shows_shoulder: ClassVar[bool] = True
 
     counts: ExposureCounts

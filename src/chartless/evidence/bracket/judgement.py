@@ -3,7 +3,11 @@
 import numpy as np
 
 from chartless.evidence._base import Judgement
-from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
+from chartless.evidence.bracket.account import (
+    SeenTransfer,
+    SeenTransfers,
+    account_of_bracket,
+)
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.evidence.bracket.term import EXPOSURES, scatter_name
 from chartless.evidence.bracket.transfer import brightness_transfer
@@ -85,10 +89,15 @@ def judged(
             estimate = estimate.with_level_errors(_errors_together(estimate, noise))
     if counts.lossy and counts.aligned:
         estimate = _with_noise_beside_white(estimate, noise)
-    exposures = ExposureEstimate(
-        tuple(relative.tolist()), error, scatter, _transfers(counts, log_exposures)
+    account = account_of_bracket(
+        found.channel,
+        estimate.curve,
+        exposures=relative.tolist(),
+        exponent_error=error,
+        scatter=scatter,
+        transfers=seen_transfers(counts, log_exposures),
     )
-    return Judgement(estimate, flags, {"exposures": exposures})
+    return Judgement(estimate, flags, (account,))
 
 
 def least_exponent_error(counts: ExposureCounts, *, noise_known: bool) -> float:
@@ -152,11 +161,11 @@ def are_off(counts: ExposureCounts, found: Floats) -> bool:
     return off > (most if counts.unknown else min(most, _OTHER_EXPOSURES))
 
 
-def _transfers(counts: ExposureCounts, log_exposures: Floats) -> tuple[SeenTransfer, ...]:
+def seen_transfers(counts: ExposureCounts, log_exposures: Floats) -> SeenTransfers:
     """What the pictures show of the curve before any model, rounded for the file."""
     found = []
     for table in counts.forward:
         upper, lower = brightness_transfer(table.counts)
         ratio = float(np.exp(log_exposures[table.longer] - log_exposures[table.shorter]))
         found.append(SeenTransfer(ratio, tuple(upper.tolist()), tuple(lower.round(2).tolist())))
-    return tuple(found)
+    return SeenTransfers(counts.n_levels, tuple(found))

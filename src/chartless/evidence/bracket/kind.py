@@ -1,47 +1,43 @@
 """Brackets: exposures of one still scene."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 from typing_extensions import override
 
+from chartless.curves import AbstractCurve
 from chartless.errors import UnfitFramesError
-from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
+from chartless.evidence._kind import AbstractKind, Declined, Figure, Inputs, Proposal
+from chartless.evidence.bracket.account import (
+    NAME,
+    SeenTransfers,
+    account_of_bracket,
+    exposure_table,
+)
+from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
+from chartless.evidence.bracket.options import Options
 from chartless.evidence.bracket.screening import exposure_rows, screen_bracket
 from chartless.evidence.reader import Reader, unread_source
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource
-
-
-@dataclass(frozen=True, slots=True)
-class BracketOptions:
-    """What users may choose.
-
-    Parameters
-    ----------
-    aligned : bool
-        Whether a pixel sees the same spot in all exposures; if not, their histograms are matched.
-    bloom_radius : int
-        Pixels around saturated ones that are left out of an exposure.
-    """
-
-    aligned: bool = True
-    bloom_radius: int = 0
+from chartless.result.account import Account, Table
+from chartless.result.response import Response
+from chartless.types import JsonObject
 
 
 @final
-class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
+class Bracket(AbstractKind[Options, BracketEvidence]):
     """Levels of different exposures, compared pixel by pixel."""
 
-    name: ClassVar[str] = "bracket"
+    name: ClassVar[str] = NAME
     title: ClassVar[str] = "exposures of one scene"
-    options = BracketOptions
+    options = Options
+    holds = ExposurePairs
     uses: ClassVar[frozenset[str]] = frozenset({"times", "time_error"})
 
     @override
-    def proposed(self, inputs: Inputs, options: BracketOptions) -> Proposal | Declined:
+    def proposed(self, inputs: Inputs, options: Options) -> Proposal | Declined:
         exposures = inputs.exposures
         if exposures is None and not inputs.items:
             return Declined(self.name, "no frames were given", "give exposures of one still scene")
@@ -59,7 +55,7 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
 
     @override
     def gathered(
-        self, inputs: Inputs, proposal: Proposal, options: BracketOptions, reader: Reader
+        self, inputs: Inputs, proposal: Proposal, options: Options, reader: Reader
     ) -> BracketEvidence:
         assert inputs.exposures is not None
         places = [group[0] for group in proposal.groups]
@@ -88,8 +84,62 @@ class Bracket(AbstractKind[BracketOptions, BracketEvidence]):
         return [unread_source(inputs.items[place], place) for place in repeats]
 
     @override
-    def provenance(self, evidence: BracketEvidence) -> Mapping[str, Any]:
-        return {"exposures": exposure_rows(evidence)}
+    def tables(
+        self, evidence: BracketEvidence, accounts: Mapping[str, Account]
+    ) -> tuple[Table, ...]:
+        return exposure_table(exposure_rows(evidence), accounts)
+
+    @override
+    def example(self, evidence: BracketEvidence) -> FrameSource:
+        return evidence.sources[int(evidence.clipped.sum(axis=1).argmin())]
+
+    @override
+    def restored(self, content: JsonObject, n_levels: int) -> SeenTransfers:
+        return SeenTransfers.from_json(content, n_levels)
+
+    @override
+    def figures(self, channels: Sequence[Response]) -> Sequence[Figure]:
+        from chartless.evidence.bracket.figures import figures
+
+        return figures(channels)
+
+    @override
+    def from_version_1(
+        self, entry: JsonObject, channel: str, curve: AbstractCurve, n_levels: int
+    ) -> Account | None:
+        told = entry.get("exposures")
+        if told is None:
+            return None
+        return account_of_bracket(
+            channel,
+            curve,
+            exposures=[float(value) for value in told["relative"]],
+            exponent_error=float(told["exponent_error"]),
+            scatter=float(told["scatter"]),
+            transfers=SeenTransfers.from_json(told, n_levels),
+        )
+
+    @override
+    def tables_from_version_1(
+        self, provenance: JsonObject, channels: Sequence[Response]
+    ) -> tuple[Table, ...]:
+        accounts = {
+            each.name: each.account(self.name) for each in channels if self.name in each.kinds
+        }
+        rows = provenance.get("exposures") or []
+        for row in rows:
+            _require_row(row)
+        return exposure_table(rows, accounts)
+
+
+def _require_row(row: JsonObject) -> None:
+    """Raise ValueError if a row of exposures in version 1 of the file is damaged."""
+    numbers = [row["relative"], row["black"], row["white"]]
+    others = [row.get("overlap"), row.get("displacement")]
+    numbers += [each for each in others if each is not None]
+    if not isinstance(row["file"], str) or any(type(n) not in (int, float) for n in numbers):
+        msg = "its exposures should each have file, relative, black, white"
+        raise ValueError(msg)
 
 
 def _require_rest(evidence: BracketEvidence, bloom_radius: int) -> None:
@@ -102,3 +152,6 @@ def _require_rest(evidence: BracketEvidence, bloom_radius: int) -> None:
             "exposure"
         )
         raise UnfitFramesError(msg)
+
+
+KIND = Bracket()

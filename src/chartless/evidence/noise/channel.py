@@ -7,6 +7,7 @@ from typing import ClassVar, final
 from typing_extensions import override
 
 from chartless.evidence._base import AbstractChannelEvidence
+from chartless.evidence.noise.account import NAME
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.outliers import Cleaned, without_outliers
 from chartless.types import Counts
@@ -17,7 +18,7 @@ from chartless.types import Counts
 class LevelPairs(AbstractChannelEvidence):
     """Level pairs of frames of one exposure."""
 
-    kind: ClassVar[str] = "noise"
+    kind: ClassVar[str] = NAME
 
     table: Cooccurrence
     n_frames: int = 2

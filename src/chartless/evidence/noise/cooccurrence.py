@@ -7,19 +7,23 @@ so frames are read once, counted and forgotten.
 
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 from chartless.errors import ParameterError
-from chartless.types import Counts, Floats, Indices, Levels
+from chartless.frames.levels import MAX_LEVELS
+from chartless.result.account import AbstractRecord
+from chartless.types import Counts, Floats, Indices, JsonObject, Levels
 
 _FEWEST_PAIRS = 100
+_MOST_CELLS = 200_000  # in a file: of more, megabytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cooccurrence:
+class Cooccurrence(AbstractRecord):
     """Counts of level pairs over frames of one still scene; tables add with ``+``.
 
     Parameters
@@ -91,6 +95,32 @@ class Cooccurrence:
             msg = f"tables of {self.n_levels} and {other.n_levels} levels do not add"
             raise ParameterError(msg)
         return Cooccurrence(self.counts + other.counts)
+
+    @classmethod
+    def from_json(cls, content: JsonObject, n_levels: int) -> Self:
+        """Read what `to_json` wrote; ValueError if it is damaged."""
+        if n_levels > MAX_LEVELS:
+            msg = f"a co-occurrence table has {MAX_LEVELS} levels at most, not {n_levels}"
+            raise ValueError(msg)
+        table = np.zeros((n_levels, n_levels), dtype=np.int64)
+        for row, first, counts in zip(table, content["first"], content["counts"], strict=True):
+            values = np.asarray(counts, dtype=np.int64)
+            if not 0 <= first <= first + values.size <= n_levels or np.any(values < 0):
+                msg = "its co-occurrence table holds impossible counts"
+                raise ValueError(msg)
+            row[first : first + values.size] = values
+        return cls(table)
+
+    @override
+    def to_json(self) -> JsonObject | None:
+        """Each row as its first level with counts and the counts from there to the last."""
+        first, rows = [], []
+        for row in self.counts:
+            (seen,) = np.nonzero(row)
+            span = slice(seen[0], seen[-1] + 1) if seen.size else slice(0)
+            first.append(int(span.start or 0))
+            rows.append(row[span].tolist())
+        return None if sum(map(len, rows)) > _MOST_CELLS else {"first": first, "counts": rows}
 
     @property
     def n_levels(self) -> int:

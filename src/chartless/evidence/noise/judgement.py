@@ -1,11 +1,10 @@
 """What a search means for level pairs of one exposure: goodness of fit, flags, and wider bands."""
 
-from typing import Any
-
 import numpy as np
 
 from chartless.curves.space import AbstractCurveSpace, FreeCurve
 from chartless.evidence._base import Judgement
+from chartless.evidence.noise.account import GOOD_DEVIANCE, account_of_pairs
 from chartless.evidence.noise.dark import std_with_dark
 from chartless.evidence.noise.misfit import misfit_pattern
 from chartless.evidence.noise.outliers import SOME_MOVERS, Cleaned
@@ -13,10 +12,7 @@ from chartless.evidence.noise.term import PairFit
 from chartless.flags import Flag
 from chartless.inference.estimate import CurveEstimate
 from chartless.inference.posterior import Posterior
-from chartless.types import Floats
 
-# Deviance, as a multiple of what chance gives, above which pairs are not explained.
-_POOR = 1.5
 # Flagged where dark frames would narrow the band by a tenth: that of twenty photographs by 0.3 % at
 # most, of scenes without anything below an irradiance of 0.2 by 13 % in the median; the error
 # itself fell from 0.017 to 0.007 there (14 measured cameras, means).
@@ -38,37 +34,45 @@ def judged_alone(
     """
     (fit,) = posterior.best.mode.fits
     assert isinstance(fit, PairFit)
-    findings, flags = _told(still, fit)
-    widened = float(np.sqrt(max(1.0, findings["deviance"])))  # noise that the model does not know
+    deviance = fit.model.relative_deviance(fit.counts)
+    widened = float(np.sqrt(max(1.0, deviance)))  # noise that the model does not know
     estimate = estimate.scaled(widened)
+    errors_by_dark = None
     if isinstance(space, FreeCurve) and not fit.counts.dark.any():
         with_dark = std_with_dark(posterior, space) * widened
-        findings["inverse_lut_std_with_dark"] = with_dark
-        if _worth(estimate.std, with_dark):
-            flags = (*flags, Flag.DARK_LEVELS_UNSEEN)
-    return Judgement(estimate, flags, findings)
+        now, then = (float(np.sqrt(np.mean(std**2))) for std in (estimate.std, with_dark))
+        errors_by_dark = now, then
+    return _judged(estimate, still, fit, deviance, errors_by_dark)
 
 
 def judged_beside(estimate: CurveEstimate, still: Cleaned, fit: PairFit) -> Judgement:
     """Judge level pairs of which the curve was told by other evidence."""
-    findings, flags = _told(still, fit)
-    return Judgement(estimate, flags, findings)
+    return _judged(estimate, still, fit, fit.model.relative_deviance(fit.counts), None)
 
 
-def _told(still: Cleaned, fit: PairFit) -> tuple[dict[str, Any], tuple[Flag, ...]]:
-    pairs = fit.counts.pairs
-    deviance = fit.model.relative_deviance(fit.counts)
-    pattern = misfit_pattern(pairs, fit.model.pairs * pairs.sum()) if deviance > _POOR else None
-    findings = {
-        "deviance": deviance,
-        "pattern": pattern,
-        "outliers": still.fraction,
-        "table": still.table,
-    }
-    doubts = ((Flag.MISFIT, deviance > _POOR), (Flag.MOVERS, still.fraction > SOME_MOVERS))
-    return findings, tuple(flag for flag, holds in doubts if holds)
+def _judged(
+    estimate: CurveEstimate,
+    still: Cleaned,
+    fit: PairFit,
+    deviance: float,
+    errors_by_dark: tuple[float, float] | None,
+) -> Judgement:
+    pairs, is_poor = fit.counts.pairs, deviance > GOOD_DEVIANCE
+    account = account_of_pairs(
+        still.table,
+        deviance=deviance,
+        outliers=still.fraction,
+        pattern=misfit_pattern(pairs, fit.model.pairs * pairs.sum()) if is_poor else None,
+        errors_by_dark=errors_by_dark,
+    )
+    doubts = (
+        (Flag.MISFIT, is_poor),
+        (Flag.MOVERS, still.fraction > SOME_MOVERS),
+        (Flag.DARK_LEVELS_UNSEEN, errors_by_dark is not None and _is_worth_it(*errors_by_dark)),
+    )
+    return Judgement(estimate, tuple(flag for flag, holds in doubts if holds), (account,))
 
 
-def _worth(std: Floats, with_dark: Floats) -> bool:
-    """Whether dark frames are worth taking, by root mean squares."""
-    return float(np.linalg.norm(with_dark)) < (1 - _WORTH_DARK) * float(np.linalg.norm(std))
+def _is_worth_it(now: float, then: float) -> bool:
+    """Whether dark frames are worth taking, by the errors without and with them."""
+    return then < (1 - _WORTH_DARK) * now

@@ -1,7 +1,7 @@
 """Noise: frames of one still scene and one exposure."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial, reduce
 from pathlib import Path
 from typing import ClassVar, final
@@ -9,42 +9,39 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
+from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
-from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
+from chartless.evidence._kind import AbstractKind, Declined, Figure, Inputs, Proposal
+from chartless.evidence.noise.account import NAME, account_of_pairs
+from chartless.evidence.noise.channel import LevelPairs
+from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.gather import NoiseEvidence, dark_histograms, joined, noise_evidence
+from chartless.evidence.noise.misfit import Pattern
+from chartless.evidence.noise.options import Options
 from chartless.evidence.noise.screening import screen
 from chartless.evidence.noise.still import ENOUGH, still_evidence
 from chartless.evidence.reader import Item, Reader, digest_of, is_video
 from chartless.flags import Flag
+from chartless.result.account import Account
+from chartless.result.response import Response
+from chartless.types import JsonObject
 
 _READING = "reading frames"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NoiseOptions:
-    """What users may choose.
-
-    Parameters
-    ----------
-    dark : sequence of paths or of ndarray
-        Frames of the same camera with the same settings and the lens covered. They determine the
-        noise at black and the curve there, of use where the scene has no dark parts.
-    """
-
-    dark: Sequence[Item] = ()
+_LARGEST_ERROR = 1e6  # of irradiance: any larger is damage
 
 
 @final
-class Noise(AbstractKind[NoiseOptions, NoiseEvidence]):
+class Noise(AbstractKind[Options, NoiseEvidence]):
     """The noise of frames, compared with each other one after the other."""
 
-    name: ClassVar[str] = "noise"
+    name: ClassVar[str] = NAME
     title: ClassVar[str] = "noise of repeated frames"
-    options = NoiseOptions
+    options = Options
+    holds = LevelPairs
     uses: ClassVar[frozenset[str]] = frozenset({"times", "jobs", "scheduler"})
 
     @override
-    def proposed(self, inputs: Inputs, options: NoiseOptions) -> Proposal | Declined:
+    def proposed(self, inputs: Inputs, options: Options) -> Proposal | Declined:
         everything = (tuple(range(len(inputs.items))),)
         if len(inputs.items) < 2 and not any(map(is_video, inputs.items)):  # noqa: PLR2004 - a pair
             given = f"only {inputs.names[0]}" if inputs.items else "none"
@@ -71,7 +68,7 @@ class Noise(AbstractKind[NoiseOptions, NoiseEvidence]):
 
     @override
     def gathered(
-        self, inputs: Inputs, proposal: Proposal, options: NoiseOptions, reader: Reader
+        self, inputs: Inputs, proposal: Proposal, options: Options, reader: Reader
     ) -> NoiseEvidence:
         parts = [_noise(inputs.items, group, reader) for group in proposal.groups]
         evidence = reduce(partial(joined, continued=False), parts)
@@ -112,6 +109,48 @@ class Noise(AbstractKind[NoiseOptions, NoiseEvidence]):
             "it to 0.003"
         )
         return [text]
+
+    @override
+    def restored(self, content: JsonObject, n_levels: int) -> Cooccurrence:
+        return Cooccurrence.from_json(content, n_levels)
+
+    @override
+    def figures(self, channels: Sequence[Response]) -> Sequence[Figure]:
+        from chartless.evidence.noise.figures import figures
+
+        return figures(channels)
+
+    @override
+    def from_version_1(
+        self, entry: JsonObject, channel: str, curve: AbstractCurve, n_levels: int
+    ) -> Account | None:
+        deviance, similarity, outliers, pattern, table = (
+            entry.get(key)
+            for key in ("deviance", "similarity", "outliers", "pattern", "cooccurrence")
+        )
+        if all(each is None for each in (deviance, similarity, outliers, table)):
+            return None
+        return account_of_pairs(
+            None if table is None else Cooccurrence.from_json(table, n_levels),
+            deviance=None if deviance is None else float(deviance),
+            similarity=None if similarity is None else float(similarity),
+            outliers=None if outliers is None else float(outliers),
+            pattern=None if pattern is None else Pattern.from_code(pattern),
+            errors_by_dark=_errors_by_dark(entry, n_levels),
+        )
+
+
+def _errors_by_dark(entry: JsonObject, n_levels: int) -> tuple[float, float] | None:
+    """Errors now and with dark frames, of version 1 of the file, which held both at each level."""
+    stds = [entry.get(name) for name in ("inverse_lut_std", "inverse_lut_std_with_dark")]
+    if None in stds:
+        return None
+    values = np.array(stds, dtype=np.float64)
+    if values.shape != (2, n_levels) or not np.all((values >= 0) & (values <= _LARGEST_ERROR)):
+        msg = f"inverse_lut_std_with_dark should be {n_levels} errors of irradiance, 0 and above"
+        raise ValueError(msg)
+    now, then = np.sqrt(np.mean(values**2, axis=1))
+    return float(now), float(then)
 
 
 def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> NoiseEvidence:
@@ -157,3 +196,6 @@ def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> Nois
         channels=reader.channels,
         mask=reader.mask,
     )
+
+
+KIND = Noise()

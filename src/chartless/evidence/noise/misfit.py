@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import xlogy
 
 from chartless.evidence.noise.cooccurrence import difference_moments
-from chartless.flags import Pattern
+from chartless.flags import Advice
 from chartless.types import Floats
 
 # The limits lie between what simulated faults gave; tests/test_misfit.py repeats the faults.
@@ -24,6 +24,47 @@ _FEWEST_PAIRS = 100  # at a sum of levels, for a fourth moment
 # cameras without faults; JPEG of quality 85, H.264 of CRF 10 (at an error of 0.009), movers and
 # shifts of 0.3 pixels 0.077 and more.
 _GAUSSIAN_ENOUGH = 0.07
+
+
+class Pattern(Advice):
+    """How the level pairs differ from what the model expects, with what makes them so."""
+
+    PEAKED = (
+        "peaked",
+        (
+            "more pixels hardly change and more change a lot than Gaussian noise makes them, the "
+            "mark of denoising and compression: switch these off or use a higher quality"
+        ),
+    )
+    FAR_TAILS = (
+        "far-tails",
+        (
+            "some pixels change far more than the others, the mark of movers, flicker and faulty "
+            "pixels: keep the scene still or leave such parts out with a `mask`"
+        ),
+    )
+    FLAT_TOPPED = (
+        "flat-topped",
+        (
+            "no pixel changes as much as Gaussian noise makes some, the mark of noise that was "
+            "limited, dithered or made up: give frames as the camera writes them"
+        ),
+    )
+    LEVEL_WISE = (
+        "level-wise",
+        (
+            "single levels occur more or less often than their neighbours, the mark of stretching, "
+            "tone mapping and few bits: give frames as the camera writes them"
+        ),
+    )
+    NOISE_LEVEL = (
+        "noise-level",
+        (
+            "the noise is Gaussian but not as strong at each level as the model has it, the mark "
+            "of a family too stiff for the camera and of processing that depends on brightness: "
+            "switch HDR off, and omit `model`"
+        ),
+    )
 
 
 def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:

@@ -7,6 +7,7 @@ from typing import ClassVar, final
 from typing_extensions import override
 
 from chartless.evidence._base import AbstractCurveEvidence, Judgement
+from chartless.evidence.raw.account import NAME
 from chartless.evidence.raw.blocks import RawBlocks
 from chartless.evidence.raw.judgement import judged
 from chartless.evidence.raw.likelihood import RawModel
@@ -23,7 +24,7 @@ from chartless.types import Floats
 class RawPairs(AbstractCurveEvidence):
     """Light of raw files beside the levels of their JPEGs."""
 
-    kind: ClassVar[str] = "raw"
+    kind: ClassVar[str] = NAME
     compares_families: ClassVar[bool] = False
 
     blocks: RawBlocks

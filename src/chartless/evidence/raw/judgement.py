@@ -3,13 +3,11 @@
 import numpy as np
 
 from chartless.evidence._base import Judgement
-from chartless.evidence.raw.estimates import RawEstimate
+from chartless.evidence.raw.account import account_of_raw, doubts
 from chartless.evidence.raw.term import RawTerm, raw_name
-from chartless.flags import Flag
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate
 
-_MUCH_SCATTER = 0.06  # relative, of greys
 # Blocks of one shot err together. Deviation of their shape, as a multiple of what independent
 # blocks would leave, which held at 0.86 of the patches of nine cameras (benchmarks/raw_pairs.py).
 _TOGETHER_TIMES = 2.0
@@ -18,10 +16,9 @@ _TOGETHER_TIMES = 2.0
 def judged(estimate: CurveEstimate, found: ChannelMode, term: RawTerm) -> Judgement:
     """Judge a search; arguments as for `AbstractCurveEvidence.judged`."""
     own, model = found.mode.values[raw_name(found.channel)], term.model
-    red, green, blue = model.matrix(own)
     log_gains = own[model.gains]
-    told = RawEstimate(
-        matrix=(float(red), float(green), float(blue)),
+    account = account_of_raw(
+        matrix=tuple(map(float, model.matrix(own))),
         gains=tuple(map(float, np.exp(log_gains - log_gains[0]))),
         corner_gain=float(np.exp(own[model.falloff].sum())),
         scatter=term.scatter,
@@ -29,5 +26,4 @@ def judged(estimate: CurveEstimate, found: ChannelMode, term: RawTerm) -> Judgem
     together = np.sqrt(_TOGETHER_TIMES**2 - 1) * estimate.shape_or_all
     together[[0, -1]] = 0.0  # black and white are what they are by definition
     estimate = estimate.with_level_errors(together)
-    flags = (Flag.UNEVEN_TONES,) if term.scatter > _MUCH_SCATTER else ()
-    return Judgement(estimate, flags, {"raw": told})
+    return Judgement(estimate, doubts(account), (account,))

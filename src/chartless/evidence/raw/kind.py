@@ -2,47 +2,40 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, final
 
 import numpy as np
 from typing_extensions import override
 
+from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
+from chartless.evidence.raw.account import NAME, account_of_raw
+from chartless.evidence.raw.channel import RawPairs
 from chartless.evidence.raw.gather import RawEvidence, raw_evidence
+from chartless.evidence.raw.options import Options
 from chartless.evidence.raw.screening import screen_raw
 from chartless.evidence.reader import Item, Reader
 from chartless.flags import Flag
 from chartless.frames.frame import Frame, RawPicture
+from chartless.result.account import Account
+from chartless.types import JsonObject
 
 _MOST_LEVELS = 256
 
 
-@dataclass(frozen=True, slots=True)
-class RawOptions:
-    """What users may choose.
-
-    Parameters
-    ----------
-    raw : sequence of paths
-        The raw file of each frame, of the same name but for the folder and the suffix.
-    """
-
-    raw: Sequence[str | os.PathLike[str]] = ()
-
-
 @final
-class Raw(AbstractKind[RawOptions, RawEvidence]):
+class Raw(AbstractKind[Options, RawEvidence]):
     """Levels of pictures, compared with the light of their raw files."""
 
-    name: ClassVar[str] = "raw"
+    name: ClassVar[str] = NAME
     title: ClassVar[str] = "raw files beside their pictures"
-    options = RawOptions
+    options = Options
+    holds = RawPairs
 
     @override
-    def proposed(self, inputs: Inputs, options: RawOptions) -> Proposal | Declined:
+    def proposed(self, inputs: Inputs, options: Options) -> Proposal | Declined:
         if not options.raw:
             reason = "no raw files were given"
             return Declined(self.name, reason, "give those of the pictures as `raw`")
@@ -54,7 +47,7 @@ class Raw(AbstractKind[RawOptions, RawEvidence]):
 
     @override
     def gathered(
-        self, inputs: Inputs, proposal: Proposal, options: RawOptions, reader: Reader
+        self, inputs: Inputs, proposal: Proposal, options: Options, reader: Reader
     ) -> RawEvidence:
         pairs = _paired(inputs.items, options.raw)
         on_shot = reader.counting("reading raw files", len(pairs))
@@ -74,6 +67,21 @@ class Raw(AbstractKind[RawOptions, RawEvidence]):
     @override
     def screened(self, evidence: RawEvidence, *, alone: bool) -> Mapping[str, tuple[Flag, ...]]:
         return screen_raw(evidence)
+
+    @override
+    def from_version_1(
+        self, entry: JsonObject, channel: str, curve: AbstractCurve, n_levels: int
+    ) -> Account | None:
+        told = entry.get("raw")
+        if told is None:
+            return None
+        red, green, blue = (float(weight) for weight in told["matrix"])
+        return account_of_raw(
+            matrix=(red, green, blue),
+            gains=tuple(float(gain) for gain in told["gains"]),
+            corner_gain=float(told["corner_gain"]),
+            scatter=float(told["scatter"]),
+        )
 
 
 def _paired(
@@ -106,3 +114,6 @@ def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
             msg = f"{first} and {path} have one name, by which raw files are matched: rename one"
             raise UnfitFramesError(msg)
     return named
+
+
+KIND = Raw()

@@ -214,14 +214,6 @@ def expected_table(inverse: Floats, noise: AffineNoise) -> Floats:
     return table
 
 
-def expected_counts(counts: Counts, inverse: Floats, noise: AffineNoise) -> Floats:
-    """Level pairs that a model expects, row by row as many as `counts`; shape (L, L)."""
-    expected = expected_table(inverse, noise)
-    totals = expected.sum(axis=1, keepdims=True)
-    expected *= counts.sum(axis=1, keepdims=True) / np.maximum(totals, 1e-12)
-    return expected
-
-
 def _normal_mass(w: Floats, width: Floats) -> Floats:
     """Mass of the normal distribution from each w to the next, `width` further, or 0 for 0.
 

@@ -13,6 +13,7 @@ from chartless.curves import ModelCurve
 from chartless.curves.whitening import whitening
 from chartless.errors import ParameterError, UnknownNameError
 from chartless.evidence._base import ChannelEvidence
+from chartless.evidence.noise.account import account_of_pairs
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.flags import Flag
@@ -131,9 +132,8 @@ class SimilaritySearch(AbstractChannelCalibrator):
             n_pairs=table.n_pairs,
             method=self.method,
             status=found.status,
-            similarity=found.attained,
+            accounts=(account_of_pairs(table, similarity=found.attained),),
             history=found.history,
-            table=table,
         )
         values = found.history.values
         still_improving = values[-1] - values[-2] > _STILL_IMPROVING * abs(values[-1])

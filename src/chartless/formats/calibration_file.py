@@ -9,9 +9,8 @@ everybody else. A file whose model is null (another method, another program) is 
 import json
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,27 +20,38 @@ from chartless._addresses import why_unreadable
 from chartless._files import write_text
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
-from chartless.evidence.bracket.estimates import ExposureEstimate, SeenTransfer
-from chartless.evidence.noise.cooccurrence import Cooccurrence
-from chartless.evidence.noise.estimates import NoiseError
-from chartless.evidence.raw.estimates import RawEstimate
-from chartless.flags import Flag, Pattern
-from chartless.frames.levels import MAX_LEVELS, MIN_LEVELS
+from chartless.evidence.registry import KINDS
+from chartless.flags import Flag
+from chartless.frames.levels import MIN_LEVELS
 from chartless.models import MODELS
-from chartless.noise import AffineNoise
+from chartless.noise import AffineNoise, NoiseError
+from chartless.result.account import (
+    AbstractRecord,
+    Account,
+    Column,
+    Fact,
+    Fit,
+    Reading,
+    Table,
+    UnknownRecord,
+    Value,
+    require_form,
+)
 from chartless.result.calibration import Calibration
 from chartless.result.provenance import require_sound
 from chartless.result.response import Response, SearchHistory, Status
 from chartless.result.verdict import verdict
 from chartless.types import Floats, JsonObject
 
-FORMAT, VERSION = "chartless-calibration", 1
+FORMAT, VERSION = "chartless-calibration", 2
 MOST_LEVELS = 1 << 16
 """Levels of the deepest pictures; other programs may write as many."""
 _MOST_BITS = 16
-# A table with more cells than this is left out of the file: it would take megabytes.
-_MOST_CELLS = 200_000
 _LARGEST_ERROR = 1e6  # of irradiance and of ln of noise: any larger is damage
+
+_DAMAGE = (
+    TypeError, ValueError, LookupError, ArithmeticError, RecursionError, ChartlessError,
+)  # fmt: skip
 
 T = TypeVar("T")
 
@@ -57,6 +67,7 @@ def to_json(calibration: Calibration) -> JsonObject:
         "method": first.method,
         "model": first.curve.model if isinstance(first.curve, ModelCurve) else None,
         "verdict": verdict(calibration.channels).to_json(),
+        "evidence": [_reading_to_json(each) for each in calibration.evidence],
         "channels": [_response_to_json(response) for response in calibration.channels],
         "provenance": calibration.provenance,
     }
@@ -97,20 +108,36 @@ def load(path: str | os.PathLike[str]) -> Calibration:
             "response of another program"
         )
         raise CalibrationFileError(msg) from error
+    try:
+        return from_json(content)
+    except CalibrationFileError as error:
+        msg = f"{path}: {error}"
+        raise CalibrationFileError(msg) from error
+
+
+def from_json(content: object) -> Calibration:
+    """Calibration from the content of its file, as JSON types.
+
+    Raises
+    ------
+    CalibrationFileError
+        If it is no calibration, is damaged or of another version.
+    """
     if not isinstance(content, dict) or content.get("format") != FORMAT:
-        msg = f"{path}: not a calibration file: no format {FORMAT!r}; give one by calibrate -o"
+        msg = f"not a calibration file: no format {FORMAT!r}; give one by calibrate -o"
         raise CalibrationFileError(msg)
-    if content.get("version") != VERSION:
+    version = content.get("version")
+    if type(version) is not int or not 1 <= version <= VERSION:
         msg = (
-            f"{path}: written in version {content.get('version')} of the format, this chartless "
-            f"reads version {VERSION}: install the newer chartless that wrote it"
+            f"written in version {version} of the format, this chartless reads versions 1 to "
+            f"{VERSION}: install the newer chartless that wrote it"
         )
         raise CalibrationFileError(msg)
     try:
         return _calibration(content)
-    except (TypeError, ValueError, LookupError, ArithmeticError, ChartlessError) as error:
+    except _DAMAGE as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
-        msg = f"{path}: damaged calibration file: {what}; calibrate again"
+        msg = f"damaged calibration file: {what}; calibrate again"
         raise CalibrationFileError(msg) from error
 
 
@@ -128,7 +155,41 @@ def _calibration(content: JsonObject) -> Calibration:
     if _any_infinite(content):
         msg = "one of its numbers is not finite"
         raise ValueError(msg)
-    return Calibration(channels=channels, bit_depth=bit_depth, provenance=known)
+    if content["version"] == 1:
+        evidence = _readings_of_version_1(known, channels)
+    else:
+        evidence = tuple(_reading(each) for each in content["evidence"])
+    if any(not 0 <= place < len(known.get("inputs", [])) for place in _places(evidence)):
+        msg = "its evidence names inputs that are not in its provenance"
+        raise ValueError(msg)
+    return Calibration(channels=channels, bit_depth=bit_depth, evidence=evidence, provenance=known)
+
+
+def _places(evidence: Sequence[Reading]) -> list[int]:
+    """Numbers of all inputs that are named."""
+    examples = [each.example for each in evidence if each.example is not None]
+    return [*(place for each in evidence for place in each.inputs), *examples]
+
+
+def _readings_of_version_1(known: JsonObject, channels: Sequence[Response]) -> tuple[Reading, ...]:
+    """What was read, of version 1 of the file, whose provenance holds exposures."""
+    n_inputs, found = len(known.get("inputs", [])), []
+    for name, kind in KINDS.items():
+        tables = kind.tables_from_version_1(known, channels)
+        if tables or any(name in response.kinds for response in channels):
+            sentence = str(known.get("settings", {}).get("evidence", ""))
+            found.append(
+                Reading(
+                    kind=name,
+                    title=kind.title,
+                    sentence=sentence,
+                    inputs=tuple(range(n_inputs)),
+                    tables=tables,
+                    example=0 if n_inputs else None,
+                )
+            )
+    known.pop("exposures", None)
+    return tuple(found)
 
 
 def _any_infinite(value: object) -> bool:
@@ -145,12 +206,13 @@ def _response_to_json(response: Response) -> JsonObject:
     return {
         "name": response.name,
         "parameters": _parameters(curve),
-        "parameters_covariance": _maybe(response.parameter_covariance, np.ndarray.tolist),
+        "parameters_covariance": None
+        if _parameters(curve) is None
+        else _maybe(response.parameter_covariance, np.ndarray.tolist),
         "inverse_lut": response.inverse_lut.tolist(),
         "inverse_lut_std": _maybe(response.inverse_lut_std, np.ndarray.tolist),
         "shape_std": _maybe(response.shape_std, np.ndarray.tolist),
         "white_std": response.white_std,
-        "inverse_lut_std_with_dark": _maybe(response.inverse_lut_std_with_dark, np.ndarray.tolist),
         "response_lut": response.response_lut.tolist(),
         "noise": _maybe(
             response.noise,
@@ -165,12 +227,6 @@ def _response_to_json(response: Response) -> JsonObject:
         "observed_levels": list(response.observed_levels),
         "pairs": response.n_pairs,
         "status": response.status.value,
-        "outliers": response.outliers,
-        "exposures": _maybe(response.exposures, asdict),
-        "raw": _maybe(response.raw, asdict),
-        "similarity": response.similarity,
-        "deviance": response.deviance,
-        "pattern": _maybe(response.pattern, lambda pattern: pattern.code),
         "log_evidence": response.log_evidence,
         "flags": [flag.code for flag in response.flags],
         "search": _maybe(
@@ -181,7 +237,7 @@ def _response_to_json(response: Response) -> JsonObject:
                 "evaluations": history.evaluations,
             },
         ),
-        "cooccurrence": _maybe(response.table, _table_to_json),
+        "accounts": [_account_to_json(each) for each in response.accounts],
     }
 
 
@@ -196,21 +252,21 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
     if not 0 <= low <= high < n_levels:
         msg = f"observed_levels {low} to {high} of {n_levels}"
         raise ValueError(msg)
+    name, curve = str(entry["name"]), _curve(content["model"], entry["parameters"], inverse_lut)
+    if content["version"] == 1:
+        told = (each.from_version_1(entry, name, curve, n_levels) for each in KINDS.values())
+        accounts = tuple(account for account in told if account is not None)
+    else:
+        accounts = tuple(_account(each, n_levels) for each in entry["accounts"])
     return Response(
-        name=str(entry["name"]),
-        curve=_curve(content["model"], entry["parameters"], inverse_lut),
+        name=name,
+        curve=curve,
         noise=_maybe(noise, lambda told: AffineNoise(float(told["u"]), float(told["v"]))),
         n_levels=n_levels,
         observed_levels=(low, high),
         n_pairs=int(entry["pairs"]),
         method=str(content["method"]),
         status=Status(entry["status"]),
-        outliers=_maybe(entry.get("outliers"), float),
-        exposures=_maybe(entry.get("exposures"), partial(_exposures, n_levels=n_levels)),
-        raw=_maybe(entry.get("raw"), _raw),
-        similarity=_maybe(entry.get("similarity"), float),
-        deviance=_maybe(entry.get("deviance"), float),
-        pattern=_maybe(entry.get("pattern"), Pattern.from_code),
         log_evidence=_maybe(entry.get("log_evidence"), float),
         noise_error=_maybe((noise or {}).get("std"), _noise_error),
         flags=tuple(Flag.from_code(code) for code in entry["flags"]),
@@ -221,16 +277,12 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
             entry.get("shape_std"), lambda _: _deviations(entry, "shape_std", n_levels)
         ),
         white_std=_maybe(entry.get("white_std"), float),
-        inverse_lut_std_with_dark=_maybe(
-            entry.get("inverse_lut_std_with_dark"),
-            lambda _: _deviations(entry, "inverse_lut_std_with_dark", n_levels),
-        ),
         parameter_covariance=_maybe(
             entry.get("parameters_covariance"),
             lambda _: _numbers(entry, "parameters_covariance", *2 * (len(entry["parameters"]),)),
         ),
         history=_maybe(entry.get("search"), _history),
-        table=_maybe(entry.get("cooccurrence"), lambda table: _table(table, n_levels)),
+        accounts=accounts,
     )
 
 
@@ -276,62 +328,107 @@ def _noise_error(entry: JsonObject) -> NoiseError:
     return NoiseError(slope, floor, correlation)
 
 
-def _table_to_json(table: Cooccurrence) -> JsonObject | None:
-    """Each row as its first level with counts and the counts from there to the last."""
-    first, rows = [], []
-    for row in table.counts:
-        (seen,) = np.nonzero(row)
-        span = slice(seen[0], seen[-1] + 1) if seen.size else slice(0)
-        first.append(int(span.start or 0))
-        rows.append(row[span].tolist())
-    if sum(map(len, rows)) > _MOST_CELLS:
-        return None
-    return {"first": first, "counts": rows}
+def _account_to_json(account: Account) -> JsonObject:
+    return {
+        "kind": account.kind,
+        "facts": [each._asdict() for each in account.facts],
+        "fits": [each._asdict() for each in account.fits],
+        "details": dict(account.details),
+        "share": account.share,
+        "record": _maybe(account.record, lambda record: record.to_json()),
+    }
 
 
-def _table(entry: JsonObject, n_levels: int) -> Cooccurrence:
-    if n_levels > MAX_LEVELS:
-        msg = f"a co-occurrence table has {MAX_LEVELS} levels at most, not {n_levels}"
-        raise ValueError(msg)
-    table = np.zeros((n_levels, n_levels), dtype=np.int64)
-    for row, first, counts in zip(table, entry["first"], entry["counts"], strict=True):
-        values = np.asarray(counts, dtype=np.int64)
-        if not 0 <= first <= first + values.size <= n_levels or np.any(values < 0):
-            msg = "its co-occurrence table holds impossible counts"
-            raise ValueError(msg)
-        row[first : first + values.size] = values
-    return Cooccurrence(table)
-
-
-def _exposures(entry: JsonObject, n_levels: int) -> ExposureEstimate:
-    return ExposureEstimate(
-        tuple(float(value) for value in entry["relative"]),
-        float(entry["exponent_error"]),
-        float(entry["scatter"]),
-        tuple(_transfer(each, n_levels) for each in entry["transfers"]),
+def _account(entry: JsonObject, n_levels: int) -> Account:
+    kind = str(entry["kind"])
+    return Account(
+        kind=kind,
+        facts=tuple(
+            Fact(str(each["code"]), str(each["label"]), _value(each["value"]), _form(each))
+            for each in entry["facts"]
+        ),
+        fits=tuple(map(_fit, entry["fits"])),
+        details={str(code): str(text) for code, text in _object(entry, "details").items()},
+        share=_maybe(entry["share"], float),
+        record=_maybe(entry["record"], lambda record: _record(kind, record, n_levels)),
     )
 
 
-def _transfer(entry: JsonObject, n_levels: int) -> SeenTransfer:
-    ratio = float(entry["ratio"])
-    upper, lower = (tuple(map(float, entry[key])) for key in ("upper", "lower"))
-    if not 0 < ratio < math.inf or len(upper) != len(lower):
-        msg = f"a ratio of its exposures is {ratio:g}, of {len(upper)} and {len(lower)} levels"
-        raise ValueError(msg)
-    if not all(0 <= level < n_levels for level in (*upper, *lower)):
-        msg = f"levels of its exposures are not those of {n_levels}"
-        raise ValueError(msg)
-    return SeenTransfer(ratio, upper, lower)
+def _record(kind: str, content: JsonObject, n_levels: int) -> AbstractRecord:
+    """Record of a kind; of one that is not known here, as it is."""
+    return KINDS[kind].restored(content, n_levels) if kind in KINDS else UnknownRecord(content)
 
 
-def _raw(entry: JsonObject) -> RawEstimate:
-    red, green, blue = (float(weight) for weight in entry["matrix"])
-    return RawEstimate(
-        (red, green, blue),
-        tuple(float(gain) for gain in entry["gains"]),
-        float(entry["corner_gain"]),
-        float(entry["scatter"]),
+def _fit(entry: JsonObject) -> Fit:
+    return Fit(
+        str(entry["code"]),
+        str(entry["label"]),
+        float(entry["value"]),
+        _form(entry),
+        _maybe(entry["good"], float),
+        _maybe(entry["bad"], float),
+        str(entry["remark"]),
     )
+
+
+def _reading_to_json(reading: Reading) -> JsonObject:
+    tables = [
+        {
+            "code": table.code,
+            "title": table.title,
+            "columns": [column._asdict() for column in table.columns],
+            "rows": [list(row) for row in table.rows],
+        }
+        for table in reading.tables
+    ]
+    return {
+        "kind": reading.kind,
+        "title": reading.title,
+        "sentence": reading.sentence,
+        "inputs": list(reading.inputs),
+        "example": reading.example,
+        "tables": tables,
+    }
+
+
+def _reading(entry: JsonObject) -> Reading:
+    return Reading(
+        kind=str(entry["kind"]),
+        title=str(entry["title"]),
+        sentence=str(entry["sentence"]),
+        inputs=tuple(int(place) for place in entry["inputs"]),
+        tables=tuple(map(_table, entry["tables"])),
+        example=_maybe(entry["example"], int),
+    )
+
+
+def _table(entry: JsonObject) -> Table:
+    columns = tuple(
+        Column(str(each["code"]), str(each["label"]), _form(each)) for each in entry["columns"]
+    )
+    rows = tuple(tuple(_maybe(cell, _value) for cell in row) for row in entry["rows"])
+    if any(len(row) != len(columns) for row in rows):
+        msg = f"rows of its table {entry['code']} should have {len(columns)} cells"
+        raise ValueError(msg)
+    return Table(str(entry["code"]), str(entry["title"]), columns, rows)
+
+
+def _object(entry: JsonObject, key: str) -> JsonObject:
+    value = entry[key]
+    if not isinstance(value, dict):
+        msg = f"{key} should be an object"
+        raise ValueError(msg)  # noqa: TRY004 - of a file
+    return value
+
+
+def _value(value: Any) -> Value:  # noqa: ANN401 - JSON
+    if isinstance(value, str):
+        return value
+    return tuple(map(float, value)) if isinstance(value, list) else float(value)
+
+
+def _form(entry: JsonObject) -> str:
+    return require_form(str(entry["form"]))
 
 
 def _history(entry: JsonObject) -> SearchHistory:

@@ -1,0 +1,64 @@
+"""What level pairs of one exposure say besides the curve: goodness of fit, what was left out."""
+
+from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.misfit import Pattern
+from chartless.flags import Flag
+from chartless.result.account import Account, Fact, Fit
+
+NAME = "noise"
+"""Of this kind of evidence."""
+WORST_DEVIANCE = 2.0
+"""Misfit, in multiples of chance, up to which the band held in simulated cameras
+(docs/design/0008-report.md)."""
+GOOD_DEVIANCE = 1.5
+"""Deviance, as a multiple of what chance gives, above which pairs are not explained."""
+
+
+def account_of_pairs(
+    table: Cooccurrence | None,
+    *,
+    deviance: float | None = None,
+    similarity: float | None = None,
+    outliers: float | None = None,
+    pattern: Pattern | None = None,
+    errors_by_dark: tuple[float, float] | None = None,
+) -> Account:
+    """Account of the level pairs of a channel.
+
+    Parameters
+    ----------
+    table : Cooccurrence or None
+        Without what was left out; None where it is not kept.
+    deviance : float, optional
+        Of the pairs, over what chance gives: 1 if the model explains them.
+    similarity : float, optional
+        Image similarity as a share of what the true model would reach on so many pixels, 0 … 1.
+    outliers : float, optional
+        Share of the pairs left out because they changed far more than noise explains.
+    pattern : Pattern, optional
+        How the pairs differ from what the model expects, where that is a misfit.
+    errors_by_dark : (float, float), optional
+        Deviation of the inverse response now, and after two frames with the lens covered.
+    """
+    facts: list[Fact] = []
+    fits: list[Fit] = []
+    details: dict[str, str] = {}
+    if outliers is not None:
+        facts.append(Fact("outliers", "Pairs left out", outliers, ".2%"))
+    if deviance is not None:
+        label = "Deviance of the level pairs, over that of chance"
+        fits.append(Fit("deviance", label, deviance, ".2f", GOOD_DEVIANCE, WORST_DEVIANCE))
+    if similarity is not None:
+        label = "Image similarity, over that of the truth"
+        fits.append(Fit("similarity", label, similarity, ".3f"))
+    if pattern is not None:
+        facts.append(Fact("pattern", "Pattern of the misfit", pattern.code))
+        details[Flag.MISFIT.code] = f"the pattern is {pattern.code}: {pattern.advice}"
+    if errors_by_dark is not None:
+        now, then = errors_by_dark
+        facts.append(Fact("error_with_dark", "Error of the light with dark frames", then, ".3f"))
+        details[Flag.DARK_LEVELS_UNSEEN.code] = (
+            f"two frames with the lens covered (`dark`) would bring the error from ± {now:.3f} to "
+            f"± {then:.3f}"
+        )
+    return Account(kind=NAME, facts=tuple(facts), fits=tuple(fits), details=details, record=table)
