@@ -1,7 +1,7 @@
 """From frames to a calibration in one call: what the command line and scripts use."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -178,7 +178,7 @@ def calibrate(
                 "levels": responses[0].n_levels,
                 "mask": None if mask is None else _as_text(mask),
                 **{name: _as_text(value) for name, value in task.given.items()},
-                **calibrator.settings,
+                **_in_use(calibrator, task.plan.kinds),
             },
             responses,
             remarks=[*_left_out(read.sources), *read.remarks],
@@ -363,6 +363,12 @@ class _Task:
                 )
             )
         return tuple(readings)
+
+
+def _in_use(calibrator: AbstractCalibrator, kinds: Collection[str]) -> JsonObject:
+    """Settings of a method but for those that changed nothing."""
+    idle = calibrator.idle_settings(kinds)
+    return {name: value for name, value in calibrator.settings.items() if name not in idle}
 
 
 def _is_scalable(response: Response) -> bool:

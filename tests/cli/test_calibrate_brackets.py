@@ -437,7 +437,7 @@ def exif_of(kind: str) -> list[dict[str, Any]]:
             "where --bloom-radius and --time-",
         ),
         ("rising", ["--evidence", "noise"], "the frames differ in exposure: "),
-        ("rising", ["--evidence", "much"], "evidence must be auto or some of raw, bracket, noise"),
+        ("rising", ["--evidence", "much"], "evidence must be auto or some of raw, bracket, "),
         ("rising", ["--times", "1,2,4"], "EXIF exposure is 1.0 stops from --times"),
         ("rising", ["--time-error", "-1"], "time_error must be a number, 0 or above"),
         ("rising", ["--time-error", "nan"], "time_error must be a number"),

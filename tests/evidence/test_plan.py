@@ -327,7 +327,7 @@ def test_raw_files_go_before_exposures_that_may_be_of_other_scenes() -> None:
 
     assert auto.reason == "3 raw files beside their pictures"
     assert [each.kind for each in auto.left] == ["bracket"]
-    assert [each.kind for each in auto.declined] == ["noise"]
+    assert "noise" in {each.kind for each in auto.declined}
     assert timed.kinds == asked.kinds == {"raw", "bracket"}
     assert auto.taken[0].n_frames == 3
 

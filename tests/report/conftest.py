@@ -72,6 +72,7 @@ def of_noise() -> Calibration:
         title="noise of repeated frames",
         sentence="noise, as asked for",
         inputs=tuple(range(12)),
+        example=0,
     )
     return Calibration(
         channels=(red, green, blue), bit_depth=8, evidence=(reading,), provenance=PROVENANCE

@@ -54,11 +54,11 @@ class AbstractCalibrator(ABC):
         usual = type(self)()
         return [
             name
-            for name in sorted(self._idle_settings(kinds))
+            for name in sorted(self.idle_settings(kinds))
             if getattr(self, name) != getattr(usual, name)
         ]
 
-    def _idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
+    def idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
         """Names of settings that change nothing where there are only these kinds of evidence."""
         del kinds
         return frozenset()

@@ -150,7 +150,7 @@ class LikelihoodSearch(AbstractCalibrator):
         return "likelihood"
 
     @override
-    def _idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
+    def idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
         if "noise" not in kinds:
             return frozenset({"noise_prior", "weight", "shared_noise"})
         return frozenset({"shared_noise"} if len(kinds) > 1 else ())

@@ -172,10 +172,19 @@ def _provenance(calibration: Calibration) -> JsonObject:
         },
         "foreign": first.method if first.method in FORMATS else "",
         "n_pictures": n_frames(calibration),
+        "what": _what(calibration),
         "inputs": inputs[:_FEW],
         "more": inputs[_FEW:],
         "remarks": known.get("remarks", []),
     }
+
+
+def _what(calibration: Calibration) -> str:
+    """What the inputs are called."""
+    readings = calibration.evidence
+    are_files = readings and all(each.example is None for each in readings)
+    name = "file" if are_files else "picture"
+    return name if n_frames(calibration) == 1 else f"{name}s"
 
 
 def _text(value: Any) -> str:  # noqa: ANN401 - JSON
