@@ -98,3 +98,19 @@ class CalibrationFileError(ChartlessError, ValueError):
 
 class ParameterError(ChartlessError, ValueError):
     """A value outside the range in which the request has a meaning."""
+
+
+def how_to_install(extra: str) -> str:
+    """What to do about a package that is missing, as the end of a sentence.
+
+    Parameters
+    ----------
+    extra : str
+        A name under ``[project.optional-dependencies]`` of pyproject.toml.
+
+    Examples
+    --------
+    >>> how_to_install("video")
+    "in the folder of chartless, run pip install '.[video]'"
+    """
+    return f"in the folder of chartless, run pip install '.[{extra}]'"

@@ -14,8 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from chartless._extras import how_to_install
-from chartless.errors import ChartlessError, ParameterError
+from chartless.errors import ChartlessError, ParameterError, how_to_install
 
 _T = TypeVar("_T")
 

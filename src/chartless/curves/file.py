@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chartless._addresses import why_unreadable
+from chartless._files.addresses import why_unreadable
 from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
 from chartless.types import Floats

@@ -16,8 +16,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from chartless._addresses import why_unreadable
 from chartless._files import write_text
+from chartless._files.addresses import why_unreadable
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.evidence.registry import KINDS

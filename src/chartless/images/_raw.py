@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from chartless._extras import how_to_install
-from chartless.errors import ImageError
+from chartless.errors import ImageError, how_to_install
 from chartless.frames.frame import CameraSettings, Frame, RawPicture
 from chartless.types import Floats, Floats32
 

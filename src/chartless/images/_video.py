@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from chartless._extras import how_to_install
-from chartless.errors import ImageError
+from chartless.errors import ImageError, how_to_install
 from chartless.frames.frame import Frame, TimedFrame
 from chartless.images._depth import FEWEST_BITS, MOST_BITS
 from chartless.images._read import require_file

@@ -16,8 +16,7 @@ from tempfile import mkdtemp
 from threading import Timer
 from types import FrameType
 
-from chartless._extras import how_to_install
-from chartless.errors import ParameterError
+from chartless.errors import ParameterError, how_to_install
 from chartless.web._limits import Limits
 
 _LOOPBACK = "127.0.0.1"
