@@ -304,7 +304,7 @@ class _Task:
         return cls(inputs, of_kinds, chosen, calibrator, given)
 
     def refuse_unused(self, **arguments: bool) -> None:
-        """Refuse what would change nothing."""
+        """Refuse what has no effect."""
         kinds = {name: KINDS[name] for name in self.plan.kinds}
         used = {each for kind in kinds.values() for each in kind.usual}
         idle = [name for name in self.given if name not in used]
@@ -316,7 +316,9 @@ class _Task:
                 f"`{name}=False`" if self.given.get(name) is False else f"`{name}`"
                 for name in sorted(idle)
             )
-            msg = f"this is {self.plan.reason}, where {names} would change nothing: omit that"
+            has = "has" if len(idle) == 1 else "have"
+            omit = "it" if len(idle) == 1 else "them"
+            msg = f"{names} {has} no effect on {self.plan.reason}: omit {omit}"
             raise ParameterError(msg)
 
     def read(self, reader: Reader) -> _Read:

@@ -165,12 +165,12 @@ def test_without_rawpy_one_line_says_what_to_install(
     [
         (
             ("--method", "nlf"),
-            "nlf estimates from noise, and noise needs two or more frames",
+            "nlf uses noise only; noise needs two or more frames",
         ),
-        (("--times", "1"), "this is a raw file beside its picture, where --times would change "),
+        (("--times", "1"), "--times has no effect on a raw file beside its picture"),
         (("--evidence", "noise"), "noise needs two or more frames of one still scene, only "),
         (("--evidence", "raw,bracket"), "the files record no exposure settings: give --times"),
-        (("--shared-noise",), "this is a raw file beside its picture, where --shared-noise would"),
+        (("--shared-noise",), "--shared-noise has no effect on a raw file beside its picture"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(

@@ -65,7 +65,7 @@ UNNOTED = "noise (the files record no exposure settings)"
 SAME, BRACKET = [shot(1 / 60)] * 3, [shot(0.1), shot(0.4), shot(1.6)]
 REPEATED = [shot(0.4), shot(0.1), shot(0.4), shot(1.6)]
 SILENT = [NOTHING] * 3
-REPEATS = "and noise of 1 of them, which are repeated"
+REPEATS = "and noise of 1 repeated exposure"
 UNTOLD = "a bracket of 3 exposures, their ratios unknown"
 
 
@@ -226,7 +226,7 @@ def test_names_of_unknown_exposures_tell_which_are_repeated() -> None:
     assert found.log_exposures is None
     assert plan.kinds == {"noise", "bracket"}
     assert plan.reason == (
-        "a bracket of 2 exposures, their ratios unknown, and noise of 1 of them, which are repeated"
+        "a bracket of 2 exposures, their ratios unknown, and noise of 1 repeated exposure"
     )
     assert plan_of(SILENT, times=["b", "a", "b"], kind="bracket").kinds == {"bracket"}
 
@@ -346,7 +346,7 @@ def test_a_method_leaves_what_it_does_not_take() -> None:
 
     assert plan.kinds == {"bracket"}
     assert plan.left == ()  # nothing that the method could be asked to take
-    with pytest.raises(ParameterError, match="debevec estimates from bracket, and this is a br"):
+    with pytest.raises(ParameterError, match="debevec uses bracket only, not a br"):
         plan_of(REPEATED, kind="both", method="debevec", taken_by={"bracket"})
 
 

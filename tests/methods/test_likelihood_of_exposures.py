@@ -375,7 +375,7 @@ def test_progress_rises_to_one() -> None:
 
 
 def test_neither_noise_nor_exposures() -> None:
-    wanted = r"^likelihood estimates from noise or any other kind, not from nothing"
+    wanted = r"^likelihood uses noise or any other kind only, and was given nothing"
     with pytest.raises(ParameterError, match=wanted):
         LikelihoodSearch().calibrate()
 

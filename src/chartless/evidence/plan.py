@@ -127,11 +127,9 @@ def _not_taken(
     method: str,
 ) -> str:
     """What a method lacks, in one sentence."""
-    takes = f"{method} estimates from {' or '.join(sorted(taken_by))}"
+    uses = f"{method} uses {' or '.join(sorted(taken_by))} only"
     for refusal in declined:
         if refusal.kind in taken_by:
-            return (
-                f"{takes}, and {refusal.reason}: {refusal.advice}, or choose the method likelihood"
-            )
+            return f"{uses}; {refusal.reason}: {refusal.advice}, or choose the method likelihood"
     what = ", and ".join(each.sentence for each in chosen)
-    return f"{takes}, and this is {what}: choose the method likelihood, or `evidence`"
+    return f"{uses}, not {what}: choose the method likelihood, or `evidence`"

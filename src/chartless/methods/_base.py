@@ -129,7 +129,7 @@ class AbstractCalibrator(ABC):
         if not given or not all(isinstance(part, self.takes) for part in evidence.parts):
             named = [getattr(each, "kind", "any other kind") for each in self.takes]
             wanted, got = " or ".join(named), " and ".join(sorted(given)) or "nothing"
-            msg = f"{self.method} estimates from {wanted}, not from {got}: choose another method"
+            msg = f"{self.method} uses {wanted} only, and was given {got}: choose another method"
             raise ParameterError(msg)
         pairs = evidence.get(LevelPairs)
         if pairs is not None and pairs.dark is not None and not self.uses_dark:

@@ -63,7 +63,8 @@ class Noise(AbstractKind[Options, NoiseEvidence]):
         if not repeated:
             reason = "no exposure is repeated, so there is no noise to measure"
             return Declined(self.name, reason, "repeat one, or use `evidence='bracket'`")
-        sentence = f"noise of {len(repeated)} of them, which are repeated"
+        n_repeated = len(repeated)
+        sentence = f"noise of {n_repeated} repeated exposure{'s' * (n_repeated != 1)}"
         return Proposal(self.name, sentence, repeated, sure=inputs.sure_of("bracket"))
 
     @override
