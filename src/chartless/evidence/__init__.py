@@ -3,5 +3,5 @@
 A new kind is a folder with the modules ``kind`` and ``options``, and its name in `FOLDERS`.
 """
 
-FOLDERS = ("raw", "bracket", "noise")
+FOLDERS = ("raw", "bracket", "points", "noise")
 """Kinds of evidence, in the order in which they are asked."""

@@ -1,0 +1,31 @@
+"""What a search means for measured points: their factor and scatter, flags."""
+
+import numpy as np
+
+from chartless.evidence._base import Judgement
+from chartless.evidence.points.account import SeenPoints, account_of_points, doubts
+from chartless.evidence.points.term import PointTerm, points_name
+from chartless.inference.channel_mode import ChannelMode
+from chartless.inference.estimate import CurveEstimate
+
+# Between points, and above the brightest, the prior expects smoother curves than digital cameras
+# have. Deviations as a multiple of what the likelihood leaves, which held at 0.80 of the levels of
+# twenty cameras (benchmarks/together.py).
+_TIMES = 2.0
+# Deviation of the light above the brightest point, as a share of what the prior expects there.
+_UNSEEN = 0.75
+
+
+def judged(estimate: CurveEstimate, found: ChannelMode, term: PointTerm) -> Judgement:
+    """Judge a search; arguments as for `AbstractCurveEvidence.judged`."""
+    scale, scatter = np.exp(found.mode.values[points_name(found.channel)])
+    model = term.model
+    if not term.absolute:  # the estimated curve is a mean, of another factor than the mode
+        scale = np.median(estimate.curve.inverse(model.brightness) / model.irradiance)
+    seen = SeenPoints(tuple((scale * model.irradiance).tolist()), tuple(model.brightness.tolist()))
+    account = account_of_points(seen=seen, scale=float(scale), scatter=float(scatter))
+    wider = estimate.scaled(_TIMES)
+    if not term.absolute:
+        unseen = 1.0 - float(estimate.curve.inverse(model.brightness.max()))
+        wider = wider.with_white_error(_UNSEEN * unseen)
+    return Judgement(wider, doubts(account), (account,))

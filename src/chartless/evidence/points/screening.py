@@ -1,0 +1,71 @@
+"""Whether measured points tell a curve, and what is doubtful about them."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from chartless.errors import UnfitFramesError
+from chartless.evidence._limits import GOOD_COVERAGE, LEAST_COVERAGE
+from chartless.evidence.points.gather import PointsEvidence
+from chartless.flags import Flag
+from chartless.types import Floats
+
+LEAST_POINTS = 4
+"""Points of a channel, neither black nor white, below which they are refused."""
+LEAST_ORDER = 0.8
+"""Rank correlation of irradiance and brightness below which they do not belong together."""
+
+
+def screen_points(evidence: PointsEvidence, *, alone: bool) -> Mapping[str, tuple[Flag, ...]]:
+    """Refuse points from which no curve can be read; say what is doubtful about the rest.
+
+    Parameters
+    ----------
+    evidence : PointsEvidence
+    alone : bool
+        Whether there is no other kind, which might show the levels that points do not.
+
+    Returns
+    -------
+    mapping from channel names to tuples of Flag
+
+    Raises
+    ------
+    UnfitFramesError
+        With one sentence that says why and what to do.
+    """
+    names = evidence.channels
+    return {name: _screened(evidence, name, alone=alone) for name in names}
+
+
+def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag, ...]:
+    points = evidence.channel(name)
+    path, number = evidence.sources[0].path, points.n_pixels
+    if number < LEAST_POINTS:
+        msg = (
+            f"{path}: channel {name}: {number} points are neither black nor white, too few to tell "
+            f"a curve (least {LEAST_POINTS}): measure more"
+        )
+        raise UnfitFramesError(msg)
+    used = points.is_used
+    if _rank_correlation(points.irradiance[used], points.brightness[used]) < LEAST_ORDER:
+        msg = (
+            f"{path}: channel {name}: brightness does not rise with irradiance: check the order of "
+            "the columns, and that densities are turned into irradiance (10^-density)"
+        )
+        raise UnfitFramesError(msg)
+    low, high = points.observed_levels
+    coverage = (high - low) / (points.n_levels - 1)
+    if alone and coverage < LEAST_COVERAGE:
+        msg = (
+            f"{path}: channel {name}: the points cover {coverage:.0%} of the brightness range, too "
+            f"little to tell a curve (least {LEAST_COVERAGE:.0%}): add darker or brighter ones"
+        )
+        raise UnfitFramesError(msg)
+    return (Flag.LEVELS_UNSEEN,) if alone and coverage < GOOD_COVERAGE else ()
+
+
+def _rank_correlation(one: Floats, other: Floats) -> float:
+    """Spearman's, ties in any order."""
+    first, second = (np.argsort(np.argsort(values, kind="stable")) for values in (one, other))
+    return float(np.corrcoef(first, second)[0, 1])
