@@ -10,6 +10,8 @@ unknown    the same, exposures unknown
 raw        two shots two stops apart: the light of each cell of 2 × 2 pixels with its noise, beside
            the JPEG 95 of the same exposure
 noise      two frames of the middle exposure as JPEG 95
+points     twelve grey patches from 3 to 90 % of the light at white: brightness to 0.002, light up
+           to a factor and to 1 %, as lighting and printed reflectances are
 
 Of each sum the table has the medians of `files.py` over all channels, and `ratio`: the median error
 of the shape over that of the better of its parts. It is above 1.1 where the sum is worse than what
@@ -38,8 +40,9 @@ from chartless.evidence._base import AbstractEvidence, by_channel
 from chartless.evidence.bracket.gather import bracket_evidence
 from chartless.evidence.exposures import UNKNOWN_ERROR
 from chartless.evidence.noise.gather import noise_evidence
+from chartless.evidence.points.gather import Point, PointsEvidence
 from chartless.evidence.raw.gather import raw_evidence
-from chartless.frames.frame import RawPicture
+from chartless.frames.frame import FrameSource, RawPicture
 from chartless.images import read_frame
 from chartless.methods import LikelihoodSearch
 from chartless.types import Floats
@@ -49,6 +52,10 @@ SUMS = (
     ("unknown",),
     ("raw",),
     ("noise",),
+    ("points",),
+    ("points", "bracket"),
+    ("points", "raw"),
+    ("points", "noise"),
     ("raw", "bracket"),
     ("raw", "unknown"),
     ("raw", "noise"),
@@ -59,6 +66,9 @@ FORM = "jpeg95"
 SHOTS = (2, 3)
 """Numbers of the exposures that have raw files."""
 BITS = 14
+PATCHES = np.geomspace(0.03, 0.9, 12)
+"""Light of the patches of a chart, in that at white."""
+LIGHT_ERROR, BRIGHTNESS_ERROR = 0.01, 0.002
 COLUMNS = ("shape", "light", "white", "white_band", "cover", "at_best", "claimed", "held")
 
 
@@ -75,7 +85,21 @@ def evidence_of(case: Case, folder: Path) -> dict[str, AbstractEvidence]:
         "unknown": bracket_evidence(map(read_frame, paths), None, exposure_error=UNKNOWN_ERROR),
         "raw": raw_evidence(shots),
         "noise": noise_evidence(map(read_frame, [paths[2], again])),
+        "points": patches(case),
     }
+
+
+def patches(case: Case) -> PointsEvidence:
+    """Grey patches of a chart, each a little off what is printed beside it."""
+    generator = np.random.default_rng([case.seed, 200])
+    light = PATCHES * np.exp(LIGHT_ERROR * generator.standard_normal(PATCHES.size))
+    points = []
+    for name, curve in zip("RGB", case.curves, strict=True):
+        shown = curve.response(light) + BRIGHTNESS_ERROR * generator.standard_normal(light.size)
+        values = zip(PATCHES.tolist(), shown.clip(0, 1).tolist(), strict=True)
+        points += [Point(each, b, BRIGHTNESS_ERROR, name) for each, b in values]
+    source = FrameSource(Path("patches.csv"), "", ())
+    return PointsEvidence(tuple(points), (source,), n_levels=256)
 
 
 def raw_picture(case: Case, exposure: float, seed: int) -> RawPicture:
