@@ -36,7 +36,7 @@ import numpy as np
 from brackets import print_table
 from files import NOISE, TIMES, Case, Measured, cases, measured, written
 
-from chartless.evidence._base import AbstractEvidence, by_channel
+from chartless.evidence.base import AbstractEvidence, by_channel
 from chartless.evidence.bracket.gather import bracket_evidence
 from chartless.evidence.exposures import UNKNOWN_ERROR
 from chartless.evidence.noise.gather import noise_evidence

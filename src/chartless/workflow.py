@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from chartless._numeric.threads import one_blas_thread
 from chartless.errors import ParameterError, UnfitFramesError, UnknownNameError
-from chartless.evidence._base import AbstractEvidence, by_channel
-from chartless.evidence._kind import Inputs
+from chartless.evidence.base import AbstractEvidence, by_channel
 from chartless.evidence.exposures import Times, exposures_of
+from chartless.evidence.kind import Inputs
 from chartless.evidence.plan import Plan, asked_kinds, planned
 from chartless.evidence.reader import LEVELS, Item, Progress, Reader, is_video, settings_of
 from chartless.evidence.registry import KINDS

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from chartless.errors import ChartlessError, ParameterError, UnfitFramesError
-from chartless.evidence._kind import Inputs
 from chartless.evidence.exposures import (
     EXIF_ERROR,
     LEAST_EXPOSURE,
@@ -20,6 +19,7 @@ from chartless.evidence.exposures import (
     exposures_of,
     parsed_times,
 )
+from chartless.evidence.kind import Inputs
 from chartless.evidence.plan import Plan, asked_kinds, planned
 from chartless.evidence.registry import KINDS
 from chartless.frames.frame import CameraSettings

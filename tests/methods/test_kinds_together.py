@@ -9,7 +9,7 @@ import pytest
 from raw_cameras import Camera, patches
 
 from chartless.curves import ModelCurve, named_curve
-from chartless.evidence._base import AbstractChannelEvidence
+from chartless.evidence.base import AbstractChannelEvidence
 from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
 from chartless.evidence.noise.channel import LevelPairs

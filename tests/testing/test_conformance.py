@@ -12,7 +12,7 @@ from raw_cameras import Camera, patches
 from typing_extensions import override
 
 from chartless.curves import named_curve
-from chartless.evidence._base import AbstractEvidence
+from chartless.evidence.base import AbstractEvidence
 from chartless.evidence.bracket.gather import bracket_evidence
 from chartless.evidence.noise.gather import noise_evidence
 from chartless.evidence.points.gather import Point, PointsEvidence

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence._kind import Declined, Inputs, Proposal
+from chartless.evidence.kind import Declined, Inputs, Proposal
 from chartless.evidence.registry import KINDS
 
 AUTO, BOTH = "auto", "both"

@@ -5,7 +5,7 @@ from typing import Any, TypeAlias
 
 from chartless._registry import Registry
 from chartless.evidence import FOLDERS
-from chartless.evidence._kind import AbstractKind
+from chartless.evidence.kind import AbstractKind
 
 Kind: TypeAlias = AbstractKind[Any, Any]
 

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from chartless._registry import Registry
 from chartless.errors import ParameterError
-from chartless.evidence._base import AbstractChannelEvidence, ChannelEvidence
+from chartless.evidence.base import AbstractChannelEvidence, ChannelEvidence
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.noise import NoisePrior
 from chartless.result.response import Response

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.curves import SampledCurve
-from chartless.evidence._base import AbstractChannelEvidence, ChannelEvidence
+from chartless.evidence.base import AbstractChannelEvidence, ChannelEvidence
 from chartless.evidence.bracket.account import account_of_bracket
 from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.judgement import seen_transfers

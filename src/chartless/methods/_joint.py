@@ -14,7 +14,7 @@ import numpy as np
 from chartless._numeric.threads import in_order
 from chartless.curves.prior import CurvePrior
 from chartless.curves.space import AbstractCurveSpace
-from chartless.evidence._base import AbstractCurveEvidence
+from chartless.evidence.base import AbstractCurveEvidence
 from chartless.inference.block import Values, curve_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.search import Mode, connected, maximise

@@ -16,7 +16,7 @@ from chartless.curves.space import (
     free_curve_with_shoulder,
 )
 from chartless.errors import ParameterError
-from chartless.evidence._base import (
+from chartless.evidence.base import (
     AbstractChannelEvidence,
     AbstractCurveEvidence,
     ChannelEvidence,

@@ -9,7 +9,7 @@ from typing_extensions import override
 from chartless.curves import SampledCurve
 from chartless.curves.prior import CurvePrior, measured_prior
 from chartless.curves.space import FreeCurve, free_curve
-from chartless.evidence._base import ChannelEvidence
+from chartless.evidence.base import ChannelEvidence
 from chartless.evidence.noise.account import account_of_pairs
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.likelihood import PairCounts, PairModel

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from chartless import plotting
-from chartless.evidence._kind import Figure
+from chartless.evidence.kind import Figure
 from chartless.evidence.registry import KINDS
 from chartless.report import _words
 from chartless.report._svg import inline_svg

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from chartless.curves.space import free_curve
-from chartless.evidence._base import AbstractCurveEvidence, AbstractEvidence
-from chartless.evidence._kind import AbstractKind, Declined, Inputs
+from chartless.evidence.base import AbstractCurveEvidence, AbstractEvidence
+from chartless.evidence.kind import AbstractKind, Declined, Inputs
 from chartless.evidence.options import Option
 from chartless.evidence.registry import KINDS
 from chartless.formats.calibration_file import from_json, to_json

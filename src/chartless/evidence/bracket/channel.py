@@ -7,7 +7,7 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.curves.prior import CurvePrior
-from chartless.evidence._base import AbstractCurveEvidence, Guess, Judgement
+from chartless.evidence.base import AbstractCurveEvidence, Guess, Judgement
 from chartless.evidence.bracket.account import NAME
 from chartless.evidence.bracket.judgement import (
     are_off,

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib import ticker
 from matplotlib.axes import Axes
 
-from chartless.evidence._kind import Figure
 from chartless.evidence.bracket.account import NAME, SeenTransfer, SeenTransfers
+from chartless.evidence.kind import Figure
 from chartless.plotting import SERIES_COLOURS
 from chartless.result.response import Response
 from chartless.result.summary import of_each

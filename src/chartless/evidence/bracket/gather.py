@@ -27,8 +27,8 @@ from typing_extensions import override
 
 from chartless.curves.prior import irradiance_at_edges, measured_prior
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence._base import AbstractEvidence
 from chartless.evidence._pair_check import PairCheck, check_pair
+from chartless.evidence.base import AbstractEvidence
 from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.likelihood import Comparagram, ExposureCounts, pooled
 from chartless.evidence.bracket.transfer import brightness_transfer

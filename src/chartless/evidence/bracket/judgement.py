@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chartless.evidence._base import Judgement
+from chartless.evidence.base import Judgement
 from chartless.evidence.bracket.account import (
     SeenTransfer,
     SeenTransfers,

@@ -7,7 +7,6 @@ from typing_extensions import override
 
 from chartless.curves import AbstractCurve
 from chartless.errors import UnfitFramesError
-from chartless.evidence._kind import AbstractKind, Declined, Figure, Inputs, Proposal
 from chartless.evidence.bracket.account import (
     NAME,
     SeenTransfers,
@@ -18,6 +17,7 @@ from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
 from chartless.evidence.bracket.options import Options
 from chartless.evidence.bracket.screening import exposure_rows, screen_bracket
+from chartless.evidence.kind import AbstractKind, Declined, Figure, Inputs, Proposal
 from chartless.evidence.reader import Reader, unread_source
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource

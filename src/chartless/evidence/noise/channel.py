@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 from typing_extensions import override
 
-from chartless.evidence._base import AbstractChannelEvidence
+from chartless.evidence.base import AbstractChannelEvidence
 from chartless.evidence.noise.account import NAME
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.outliers import Cleaned, without_outliers

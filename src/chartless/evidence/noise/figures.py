@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import colors
 from matplotlib.axes import Axes
 
-from chartless.evidence._kind import Figure
+from chartless.evidence.kind import Figure
 from chartless.evidence.noise.account import NAME
 from chartless.evidence.noise.cooccurrence import (
     Cooccurrence,

@@ -21,8 +21,8 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from chartless.errors import UnfitFramesError
-from chartless.evidence._base import AbstractEvidence
 from chartless.evidence._pair_check import PairCheck, channel_correlation, check_pair
+from chartless.evidence.base import AbstractEvidence
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.drift import Drift, compensated, estimated_drift

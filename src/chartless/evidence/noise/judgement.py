@@ -3,7 +3,7 @@
 import numpy as np
 
 from chartless.curves.space import AbstractCurveSpace, FreeCurve
-from chartless.evidence._base import Judgement
+from chartless.evidence.base import Judgement
 from chartless.evidence.noise.account import GOOD_DEVIANCE, account_of_pairs
 from chartless.evidence.noise.dark import std_with_dark
 from chartless.evidence.noise.misfit import misfit_pattern

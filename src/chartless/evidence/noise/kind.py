@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError
-from chartless.evidence._kind import AbstractKind, Declined, Figure, Inputs, Proposal
+from chartless.evidence.kind import AbstractKind, Declined, Figure, Inputs, Proposal
 from chartless.evidence.noise.account import NAME, account_of_pairs
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
-from chartless.evidence._base import AbstractCurveEvidence, Judgement
+from chartless.evidence.base import AbstractCurveEvidence, Judgement
 from chartless.evidence.points.account import NAME
 from chartless.evidence.points.judgement import judged
 from chartless.evidence.points.likelihood import PointModel

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib import ticker
 from matplotlib.axes import Axes
 
-from chartless.evidence._kind import Figure
+from chartless.evidence.kind import Figure
 from chartless.evidence.points.account import NAME, SeenPoints
 from chartless.plotting import CHANNEL_COLOURS
 from chartless.result.response import Response

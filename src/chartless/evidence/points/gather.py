@@ -12,7 +12,7 @@ from typing_extensions import override
 
 from chartless._files.addresses import why_unreadable
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence._base import AbstractEvidence
+from chartless.evidence.base import AbstractEvidence
 from chartless.evidence.points.channel import MeasuredPoints
 from chartless.frames.frame import FrameSource
 

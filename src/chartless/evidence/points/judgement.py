@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chartless.evidence._base import Judgement
+from chartless.evidence.base import Judgement
 from chartless.evidence.points.account import SeenPoints, account_of_points, doubts
 from chartless.evidence.points.term import PointTerm, points_name
 from chartless.inference.channel_mode import ChannelMode

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 from typing_extensions import override
 
 from chartless.errors import ParameterError
-from chartless.evidence._kind import AbstractKind, Declined, Figure, Inputs, Proposal
+from chartless.evidence.kind import AbstractKind, Declined, Figure, Inputs, Proposal
 from chartless.evidence.points.account import NAME, SeenPoints
 from chartless.evidence.points.channel import MeasuredPoints
 from chartless.evidence.points.gather import PointsEvidence, read_points

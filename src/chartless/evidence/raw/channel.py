@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 from typing_extensions import override
 
-from chartless.evidence._base import AbstractCurveEvidence, Judgement
+from chartless.evidence.base import AbstractCurveEvidence, Judgement
 from chartless.evidence.raw.account import NAME
 from chartless.evidence.raw.blocks import RawBlocks
 from chartless.evidence.raw.judgement import judged

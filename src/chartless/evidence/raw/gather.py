@@ -17,7 +17,7 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from chartless.errors import UnfitFramesError
-from chartless.evidence._base import AbstractEvidence
+from chartless.evidence.base import AbstractEvidence
 from chartless.evidence.raw.blocks import RawBlocks
 from chartless.evidence.raw.channel import RawPairs
 from chartless.frames.channels import LUMA, planes_of, require_alike, require_mask

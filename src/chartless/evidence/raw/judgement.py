@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chartless.evidence._base import Judgement
+from chartless.evidence.base import Judgement
 from chartless.evidence.raw.account import account_of_raw, doubts
 from chartless.evidence.raw.term import RawTerm, raw_name
 from chartless.inference.channel_mode import ChannelMode

@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from chartless.curves import AbstractCurve
 from chartless.errors import ParameterError, UnfitFramesError
-from chartless.evidence._kind import AbstractKind, Declined, Inputs, Proposal
+from chartless.evidence.kind import AbstractKind, Declined, Inputs, Proposal
 from chartless.evidence.raw.account import NAME, account_of_raw
 from chartless.evidence.raw.channel import RawPairs
 from chartless.evidence.raw.gather import RawEvidence, raw_evidence

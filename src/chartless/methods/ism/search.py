@@ -12,7 +12,7 @@ from chartless._numeric.optimize import Minimum, nelder_mead
 from chartless.curves import ModelCurve
 from chartless.curves.whitening import whitening
 from chartless.errors import ParameterError, UnknownNameError
-from chartless.evidence._base import ChannelEvidence
+from chartless.evidence.base import ChannelEvidence
 from chartless.evidence.noise.account import account_of_pairs
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence

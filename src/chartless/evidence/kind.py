@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from chartless.curves import AbstractCurve
-from chartless.evidence._base import AbstractChannelEvidence, AbstractEvidence
+from chartless.evidence.base import AbstractChannelEvidence, AbstractEvidence
 from chartless.evidence.exposures import Exposures, Groups
 from chartless.evidence.reader import Item, Reader
 from chartless.flags import Flag
