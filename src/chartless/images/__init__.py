@@ -8,7 +8,6 @@ linearised and merged pictures. Videos rest on PyAV, raw files on rawpy, all els
 only this package imports them.
 """
 
-from chartless.images._jpeg import through_jpeg as through_jpeg
 from chartless.images._raw import is_raw as is_raw
 from chartless.images._read import digest as digest
 from chartless.images._read import read_frame as read_frame
@@ -16,6 +15,7 @@ from chartless.images._read import read_raw as read_raw
 from chartless.images._read import read_settings as read_settings
 from chartless.images._read import read_size as read_size
 from chartless.images._read import read_values as read_values
+from chartless.images._through_jpeg import through_jpeg as through_jpeg
 from chartless.images._video import is_video as is_video
 from chartless.images._video import read_video as read_video
 from chartless.images._write import DataType as DataType

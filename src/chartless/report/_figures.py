@@ -9,7 +9,7 @@ from markupsafe import Markup
 from chartless import plotting
 from chartless.evidence.kind import Figure
 from chartless.evidence.registry import KINDS
-from chartless.report import _words
+from chartless.report import _captions
 from chartless.report._svg import inline_svg
 from chartless.result.response import Response
 
@@ -52,11 +52,11 @@ def planned(channels: Sequence[Response]) -> list[Figure]:
     shown = [
         Figure(
             "response", "Response", lambda axes: plotting.draw_response(axes, channels),
-            _words.of_response(channels),
+            _captions.of_response(channels),
         )
     ]  # fmt: skip
     if all(each.inverse_lut_std is not None for each in channels):
-        words = _words.of_deviations(channels)
+        words = _captions.of_deviations(channels)
         draw = partial(plotting.draw_deviations, channels=channels)
         shown.append(Figure("error", "How sure", draw, words))
     for name, kind in KINDS.items():
@@ -64,5 +64,5 @@ def planned(channels: Sequence[Response]) -> list[Figure]:
             shown += kind.figures(channels)
     if all(each.history is not None for each in channels):
         draw = partial(plotting.draw_search, channels=channels)
-        shown.append(Figure("search", "Search", draw, _words.of_search(channels)))
+        shown.append(Figure("search", "Search", draw, _captions.of_search(channels)))
     return shown

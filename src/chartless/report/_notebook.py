@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from markupsafe import Markup
 
 from chartless.plotting import draw_response
-from chartless.report import _words
+from chartless.report import _captions
 from chartless.report._svg import inline_svg
 from chartless.result.response import Response
 from chartless.result.verdict import verdict
@@ -33,7 +33,7 @@ def card(channels: Sequence[Response]) -> str:
         lambda axes: draw_response(axes, channels),
         _SIZE,
         salt=digest.hexdigest(),
-        aria_label=_words.of_response(channels),
+        aria_label=_captions.of_response(channels),
     )
-    reasons = _words.unbroken(" ".join(judged.reasons))
+    reasons = _captions.unbroken(" ".join(judged.reasons))
     return str(_FRAME.format(grade=judged.grade.value, reasons=reasons, svg=svg))

@@ -14,10 +14,10 @@ from markupsafe import Markup, escape
 
 from chartless.formats import FORMATS
 from chartless.frames.frame import Frame
+from chartless.report._captions import unbroken
 from chartless.report._downloads import downloads
 from chartless.report._figures import drawings
 from chartless.report._pictures import previews
-from chartless.report._words import unbroken
 from chartless.result.calibration import Calibration
 from chartless.result.response import Response
 from chartless.result.summary import (
