@@ -7,7 +7,7 @@ import pytest
 
 from chartless import load
 from chartless._files import make_folder, require_writable
-from chartless._files.addresses import address_in
+from chartless._files.given import address_in
 from chartless.curves.file import read_curve
 from chartless.errors import ChartlessError
 from chartless.formats import load_calibration

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chartless._files.addresses import address_in
+from chartless._files.given import address_in
 from chartless.errors import ChartlessError, OutputError
 
 

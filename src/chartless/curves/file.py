@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chartless._files.addresses import why_unreadable
+from chartless._files.given import read_text
 from chartless.curves import SampledCurve
 from chartless.errors import ParameterError
 from chartless.types import Floats
@@ -58,13 +58,7 @@ def read_samples(path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
         If the file cannot be read or holds no numbers.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ParameterError(why_unreadable(path, error, kind="text file")) from error
-    except UnicodeDecodeError as error:
-        msg = f"{path}: cannot be read as a text file: {error}"
-        raise ParameterError(msg) from error
+    text = read_text(path)
     try:
         samples = _from_json(text) if path.suffix.lower() == ".json" else samples_of(text)
     except (TypeError, ValueError, RecursionError) as error:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from chartless._files.addresses import why_unreadable
+from chartless._files.given import why_unreadable
 from chartless._registry import Registry
 from chartless.errors import CalibrationFileError, ParameterError
 from chartless.result.calibration import Calibration

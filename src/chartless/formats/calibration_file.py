@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from chartless._files import write_text
-from chartless._files.addresses import why_unreadable
+from chartless._files.given import why_unreadable
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve
 from chartless.errors import CalibrationFileError, ChartlessError
 from chartless.evidence.registry import KINDS

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
-from chartless._files.addresses import NOT_A_FILE, address_in
+from chartless._files.given import NOT_A_FILE, address_in
 from chartless.errors import ImageError
 
 _NUMBER = re.compile(r"%(?:0(\d+))?d")

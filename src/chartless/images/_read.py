@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 
-from chartless._files.addresses import NOT_A_FILE, address_in
+from chartless._files.given import NOT_A_FILE, address_in
 from chartless.errors import ImageError
 from chartless.frames.compression import JPEG_BLOCK, Blocks
 from chartless.frames.frame import CameraSettings, Frame, Picture, RawPicture

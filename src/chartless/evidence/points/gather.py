@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from typing_extensions import override
 
-from chartless._files.addresses import why_unreadable
+from chartless._files.given import read_text
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence.base import AbstractEvidence
 from chartless.evidence.points.channel import MeasuredPoints
@@ -92,13 +92,7 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
         If the file cannot be read, or a row is no point.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ParameterError(why_unreadable(path, error, kind="text file")) from error
-    except UnicodeDecodeError as error:
-        msg = f"{path}: cannot be read as a text file: {error}"
-        raise ParameterError(msg) from error
+    text = read_text(path)
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)

@@ -1,8 +1,10 @@
-"""Addresses and folders where a file is asked for."""
+"""Files that users give: text in them, and addresses and folders instead of them."""
 
 import os
 import re
 from pathlib import Path
+
+from chartless.errors import ParameterError
 
 _ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/+")  # two letters: C:/ is a drive
 
@@ -24,6 +26,23 @@ def address_in(path: str | os.PathLike[str]) -> str | None:
     if found is None or Path(path).exists():
         return None
     return f"{found[1]}://{name[found.end() :]}"
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """Text of a file that a user gives.
+
+    Raises
+    ------
+    ParameterError
+        If it cannot be read, or is no text.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ParameterError(why_unreadable(path, error, kind="text file")) from error
+    except UnicodeDecodeError as error:
+        msg = f"{os.fspath(path)}: cannot be read as a text file: {error}"
+        raise ParameterError(msg) from error
 
 
 def why_unreadable(path: str | os.PathLike[str], error: OSError, *, kind: str = "") -> str:
