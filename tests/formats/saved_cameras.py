@@ -1,21 +1,21 @@
-"""Calibrations to save and load again, and files of them to damage."""
+"""Calibrations to save and load again, and what files of them hold, to damage."""
 
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response, load, save
-from chartless.errors import CalibrationFileError, ChartlessError
+from chartless import AffineNoise, Calibration, Cooccurrence, ModelCurve, Response
+from chartless.errors import CalibrationFileError
 from chartless.evidence.bracket.account import SeenTransfer, SeenTransfers, account_of_bracket
 from chartless.evidence.noise.account import account_of_pairs
 from chartless.evidence.raw.account import account_of_raw
 from chartless.flags import Flag
-from chartless.formats.calibration_file import to_json
+from chartless.formats.calibration_file import from_json, to_json, to_text
 from chartless.noise import NoiseError
 from chartless.result.account import AbstractRecord, Account, Column, Reading, Table
 from chartless.result.response import SearchHistory, Status
@@ -37,6 +37,11 @@ ODD: tuple[Any, ...] = (
     "\n",
 )
 """Values that are no good in most places."""
+VALUES: dict[str, tuple[Any, ...]] = {
+    "usual": (MISSING, None, "x"),
+    "odd": (True, 0, 0.5, "", [None], ["x"], [{}], *ODD),
+}
+"""What stands where something else should."""
 
 CURVE = ModelCurve("ameegc2-exact", (-0.8, 1.5, -0.6))
 PAIRS = replace(
@@ -104,9 +109,19 @@ def one(response: Response, *evidence: Reading) -> Calibration:
     return Calibration(channels=(response,), bit_depth=8, evidence=evidence, provenance=provenance)
 
 
-def again(calibration: Calibration, path: Path) -> Calibration:
-    save(calibration, path)
-    return load(path)
+@contextmanager
+def about(case: object) -> Iterator[None]:
+    """Name the case, of several in one test, in what goes wrong with it."""
+    try:
+        yield
+    except BaseException as error:
+        error.add_note(f"about {case!r}")
+        raise
+
+
+def again(calibration: Calibration) -> Calibration:
+    """The calibration from the text of its file, but for the file."""
+    return from_json(json.loads(to_text(calibration)))
 
 
 def same(first: Response, second: Response) -> None:
@@ -156,14 +171,17 @@ WHOLE: Any = json.loads(json.dumps(to_json(one(SURE, READING))))
 """What a file may hold, once: errors, accounts with records, a reading with a table."""
 
 
-def put(place: Place, content: Any, value: Any) -> None:
-    """Set a value in the content of a file."""
-    for key in place[:-1]:
-        content = content[key]
-    if value is MISSING:
-        del content[place[-1]]
+def changed(content: Any, place: Place, value: Any) -> Any:
+    """The content of a file with another value at a place; the rest is shared, not copied."""
+    key, *rest = place
+    content = content.copy()
+    if rest:
+        content[key] = changed(content[key], tuple(rest), value)
+    elif value is MISSING:
+        del content[key]
     else:
-        content[place[-1]] = value
+        content[key] = value
+    return content
 
 
 def places_in(value: Any, place: Place = ()) -> Iterator[Place]:
@@ -179,22 +197,26 @@ def places_in(value: Any, place: Place = ()) -> Iterator[Place]:
         yield from places_in(each, (*place, key))
 
 
-def refused(content: Any, path: Path) -> str:
+def refused(content: Any) -> str:
     """Why a file with this content is not read."""
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
     with pytest.raises(CalibrationFileError) as caught:
-        load(path)
-    message = str(caught.value)
-    assert message.startswith(f"{path}: ")
-    assert isinstance(caught.value, ChartlessError)
-    return message.removeprefix(f"{path}: ")
+        from_json(content)
+    return str(caught.value)
 
 
-def kept_or_refused(content: Any, path: Path) -> None:
+def refused_as_damaged(content: Any, word: str = "") -> None:
+    """In one line, with what is wrong and what to do."""
+    message = refused(content)
+    assert message.startswith("damaged calibration file: "), message
+    assert message.endswith("; calibrate again"), message
+    assert "\n" not in message, message
+    assert word in message, f"{word!r} is not in {message!r}"
+
+
+def kept_or_refused(content: Any) -> None:
     """A file is refused; or it is loaded, and loaded again when it was saved."""
-    path.write_text(json.dumps(content))
     try:
-        calibration = load(path)
+        calibration = from_json(content)
     except CalibrationFileError:
         return
-    again(calibration, path)
+    again(calibration)
