@@ -40,7 +40,7 @@ class Flag(Advice):
     LEVELS_UNSEEN = (
         "levels-unseen",
         (
-            "the frames show only part of the brightness range; outside it the curve is "
+            "only part of the brightness range was seen, and outside it the curve is "
             "extrapolated: include dark and bright parts in the scene"
         ),
     )

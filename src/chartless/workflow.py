@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -140,6 +140,8 @@ def calibrate(
         time_error=time_error is not None,
         jobs=jobs > 1,
         scheduler=scheduler is not None,
+        mask=mask is not None,
+        channels=channels != "auto",
     )
     if n_levels is None and not any(map(is_video, task.inputs.items)):
         n_levels = LEVELS
@@ -295,6 +297,8 @@ class _Task:
             name for name, kind in KINDS.items() if issubclass(kind.holds, calibrator.takes)
         ]
         chosen = planned(inputs, of_kinds, method=calibrator.method, taken_by=taken_by)
+        if items and not any(proposal.groups for proposal in chosen.taken):
+            raise UnfitFramesError(str(chosen.declined[-1]))  # frames would be left out
         given = {
             name: options[name]
             for name, default in usual.items()
@@ -310,6 +314,8 @@ class _Task:
         idle = [name for name in self.given if name not in used]
         idle += self.calibrator.idle(self.plan.kinds)
         uses = frozenset[str]().union(*(kind.uses for kind in kinds.values()))
+        if any(proposal.groups for proposal in self.plan.taken):
+            uses |= {"mask", "channels"}
         idle += [name for name, is_given in arguments.items() if is_given and name not in uses]
         if idle:
             names = " and ".join(
@@ -330,6 +336,9 @@ class _Task:
         for proposal in self.plan.taken:
             kind, options = KINDS[proposal.kind], self.options[proposal.kind]
             found = kind.gathered(self.inputs, proposal, options, reader)
+            if not evidence:  # what follows has as many levels as the frames
+                levels = found.channel(found.channels[0]).n_levels
+                reader = replace(reader, n_levels=levels)
             for name, own in kind.screened(found, alone=alone).items():
                 flags[name] = (*flags.get(name, ()), *own)
             remarks += kind.remarks(found, alone=alone)

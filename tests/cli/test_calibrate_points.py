@@ -49,7 +49,7 @@ def test_the_file_holds_what_points_say(patches: Path, chartless: Chartless) -> 
     done = chartless("calibrate", "--points", patches, "--points-absolute", "--json")
 
     (channel,) = done.json["channels"]
-    assert fact_of(channel, "points", "scale") == pytest.approx(1, abs=1e-3)
+    assert fact_of(channel, "points", "white") == pytest.approx(1, abs=1e-3)
     (reading,) = done.json["evidence"]
     assert (reading["kind"], reading["inputs"], reading["example"]) == ("points", [0], None)
     settings = done.json["provenance"]["settings"]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from scipy.stats import norm
+from videos import grey_planes, write_video
 
 from chartless import AffineNoise, calibrate, named_curve, rmse, simulate_frames
 from chartless.curves import AbstractCurve
@@ -83,6 +84,8 @@ def test_deviations_and_channels_are_read(tmp_path: Path) -> None:
     [
         ("", "holds no points"),
         ("# nothing\n", "holds no points"),
+        ("irradiance,brightness\n", "holds no points"),
+        ("1,0.5,,R\n1,0.5,,Y\n", "channels are R, G and B, or Y, not both"),
         ("irradiance,level\n1,2\n", "it has no brightness"),
         ("irradiance,brightness,shade\n1,0.2,3\n", "others or some of them twice"),
         ("irradiance,brightness,irradiance\n1,0.2,3\n", "others or some of them twice"),
@@ -129,7 +132,8 @@ def test_the_likelihood_is_that_of_normal_errors() -> None:
 
     expected = 0.9 * np.array([0.2, 0.5])
     std = np.hypot(np.array([0.01, 0.02]) * slope, 0.03 * expected)
-    logs = norm.logpdf(model.light(edges), expected, std)
+    # Of the irradiance that was measured, in the units of the table.
+    logs = norm.logpdf(np.array([0.2, 0.5]), model.light(edges) / 0.9, std / 0.9)
     assert value == pytest.approx(logs.sum() + np.log(2 * np.pi))
 
 
@@ -204,12 +208,35 @@ def test_a_wedge_gives_the_shape_of_the_curve(name: str, tmp_path: Path) -> None
     assert error < 3 * np.sqrt(np.mean(std**2))
     account = response.account("points")
     assert account["number"] == 20
-    assert account["scale"] == pytest.approx(37, rel=0.1)
+    assert account["white"] == pytest.approx(37, rel=0.1)
     assert account["scatter"] < 0.03
     assert response.kinds == ("points",)
     assert response.noise is None
     (reading,) = found.evidence
     assert (reading.kind, reading.inputs, reading.example) == ("points", (0,), None)
+
+
+@pytest.mark.parametrize(("number", "brightest"), [(100, 0.9), (24, 0.5), (300, 0.9)])
+def test_more_points_make_no_other_curve(number: int, brightest: float, tmp_path: Path) -> None:
+    """Less light for everything would have smaller residuals, and is no better."""
+    light = np.geomspace(0.03, brightest, number)
+    (response,) = calibrate(points=table(tmp_path / "a.csv", light=light, error=0.01)).channels
+
+    unseen = 1 - brightest
+    assert response.account("points")["white"] == pytest.approx(1, rel=0.05 + 0.5 * unseen)
+    assert shape_error(response, SRGB) < 0.01 + 0.05 * unseen
+    assert response.account("points")["scatter"] < 0.02
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e12])
+def test_any_unit_gives_the_same_curve(unit: float, tmp_path: Path) -> None:
+    first = calibrate(points=table(tmp_path / "a.csv", error=0.01)).channel("Y")
+    other = calibrate(points=table(tmp_path / "b.csv", factor=unit, error=0.01)).channel("Y")
+
+    np.testing.assert_allclose(other.inverse_lut, first.inverse_lut, atol=1e-6)
+    assert other.account("points")["white"] == pytest.approx(
+        unit * first.account("points")["white"], rel=1e-4
+    )
 
 
 def test_where_light_is_absolute_white_is_known(tmp_path: Path) -> None:
@@ -221,7 +248,7 @@ def test_where_light_is_absolute_white_is_known(tmp_path: Path) -> None:
 
     assert rmse(absolute, SRGB) < 0.01
     assert absolute.white_std < 0.5 * up_to_a_factor.white_std
-    assert absolute.account("points")["scale"] == pytest.approx(1, abs=1e-3)
+    assert absolute.account("points")["white"] == pytest.approx(1, abs=1e-3)
 
 
 def test_channels_have_points_and_factors_of_their_own(tmp_path: Path) -> None:
@@ -232,7 +259,7 @@ def test_channels_have_points_and_factors_of_their_own(tmp_path: Path) -> None:
     found = calibrate(points=path)
 
     assert [each.name for each in found.channels] == ["R", "G", "B"]
-    scales = [each.account("points")["scale"] for each in found.channels]
+    scales = [each.account("points")["white"] for each in found.channels]
     assert scales == pytest.approx([1, 2, 5], rel=0.1)
     assert shape_error(found.channel("G"), named_curve("gamma:0.6")) < 0.005
 
@@ -288,7 +315,21 @@ def test_points_join_the_noise_of_frames(tmp_path: Path) -> None:
     assert set(response.kinds) == {"noise", "points"}
     assert response.noise is not None
     assert response.account("noise").share == 0
+    assert response.account("points").share == 1
     assert shape_error(response, SRGB) < 0.005
+
+
+def test_points_have_as_many_levels_as_a_video(tmp_path: Path) -> None:
+    """220 of luma, where points alone would have 256."""
+    scene = np.random.default_rng(2).uniform(0, 1, size=(120, 160))
+    frames = simulate_frames(scene, SRGB, AffineNoise.of_sensor(5_000, 5), n_frames=6)
+    luma = [np.rint(16 + frame * (219 / 255)).astype(np.uint8) for frame in frames]
+    clip = write_video(tmp_path / "clip.mkv", map(grey_planes, luma), colour_range=1)
+
+    (response,) = calibrate([clip], points=table(tmp_path / "chart.csv")).channels
+
+    assert response.n_levels == 220
+    assert set(response.kinds) == {"noise", "points"}
 
 
 def test_exposures_of_unknown_ratio_are_told_by_points(tmp_path: Path) -> None:
@@ -310,6 +351,7 @@ def test_exposures_of_unknown_ratio_are_told_by_points(tmp_path: Path) -> None:
         ("0.1,0.7\n0.2,0.5\n0.4,0.3\n0.8,0.1\n", "brightness does not rise with irradiance"),
         ("0.1,0.5\n0.2,0.5\n0.4,0.5\n0.8,0.5\n", "the points cover 0% of the brightness range"),
         ("0.1,0.50\n0.2,0.51\n0.4,0.52\n0.8,0.53\n", "too little to tell a curve"),
+        ("1,0.2\n1,0.4\n1,0.6\n1,0.8\n", "fewer than 4 points differ in irradiance"),
         ("0.1,0.3,,R\n0.2,0.5,,R\n0.4,0.7,,R\n0.8,0.9,,R\n", "no point of channel G, only of R"),
     ],
 )
@@ -319,6 +361,32 @@ def test_points_that_tell_no_curve_are_refused(rows: str, said: str, tmp_path: P
 
     with pytest.raises(UnfitFramesError, match=said):
         calibrate(points=path)
+
+
+def test_light_beyond_white_is_not_absolute(tmp_path: Path) -> None:
+    with pytest.raises(UnfitFramesError, match="an irradiance is 950 where brightness is below"):
+        calibrate(points=table(tmp_path / "chart.csv", factor=1000), points_absolute=True)
+
+
+@pytest.mark.parametrize("wrong", [3, ["a.csv"], np.ones((4, 2))])
+def test_a_table_is_the_name_of_a_file(wrong: Any) -> None:
+    with pytest.raises(ParameterError, match="`points` must be the name of a table, not"):
+        calibrate(points=wrong)
+
+
+def test_a_frame_that_would_be_left_out_is_refused(tmp_path: Path) -> None:
+    (frame, *_) = exposures(tmp_path)
+
+    with pytest.raises(UnfitFramesError, match="noise needs two or more frames"):
+        calibrate([frame], points=table(tmp_path / "chart.csv"))
+
+
+@pytest.mark.parametrize("argument", [{"mask": np.ones((2, 2), bool)}, {"channels": "rgb"}])
+def test_what_is_for_frames_is_refused_without_any(
+    argument: dict[str, Any], tmp_path: Path
+) -> None:
+    with pytest.raises(ParameterError, match=r"has no effect on points of chart\.csv"):
+        calibrate(points=table(tmp_path / "chart.csv"), **argument)
 
 
 def test_methods_of_the_literature_take_no_points(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from chartless.result.verdict import verdict
 
 NOTED = [name for name, each in FORMATS.items() if each.keeps.verdict]
 SIZE = ExportSettings(size=(64, 48))
-WIDE = "usable with care: The curve is known to ± 0.028 of the light at white; a good bracket gives"
+WIDE = "usable with care: The curve is known to ± 0.028 of the light at white; a good one is"
 
 
 def wide(*flags: Flag) -> Calibration:

@@ -27,6 +27,7 @@ from chartless.cli._terminal import (
     write_report,
 )
 from chartless.errors import ParameterError
+from chartless.evidence import FOLDERS
 
 
 def _search(text: str) -> Any:  # noqa: ANN401 - what Typer returns
@@ -86,8 +87,7 @@ def calibrate(
         str,
         typer.Option(
             help="What to use: auto (what there is, see chartless plan), or kinds by name with "
-            "commas between them: noise (frames of one exposure), bracket (exposures), raw; both "
-            "is noise,bracket."
+            f"commas between them, of {', '.join(FOLDERS)}; both is noise,bracket."
         ),
     ] = "auto",
     times: Annotated[

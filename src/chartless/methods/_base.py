@@ -131,6 +131,9 @@ class AbstractCalibrator(ABC):
             wanted, got = " or ".join(named), " and ".join(sorted(given)) or "nothing"
             msg = f"{self.method} uses {wanted} only, and was given {got}: choose another method"
             raise ParameterError(msg)
+        if len(given) < len(evidence.parts) or len({each.n_levels for each in evidence.parts}) > 1:
+            msg = "evidence of a channel must be one part of each kind, all of one number of levels"
+            raise ParameterError(msg)
         pairs = evidence.get(LevelPairs)
         if pairs is not None and pairs.dark is not None and not self.uses_dark:
             msg = f"{self.method} makes no use of dark frames: choose the method likelihood"

@@ -241,6 +241,9 @@ class LikelihoodSearch(AbstractCalibrator):
             told = _both(told, _disagreement(told.estimate, shown))
             if shown:
                 told = told._replace(accounts=_shared(told.accounts, channel, search))
+            elif len(each.parts) > 1 and exponent_known:  # the others have no say in the curve
+                sole = tuple(replace(account, share=1.0) for account in told.accounts)
+                told = told._replace(accounts=sole)
             if aside is not None:
                 told = _told_aside(each, search.parts[channel], told, aside)
             noise, settled = _Noise.at(search.last.found[channel]), search.settled(channel)

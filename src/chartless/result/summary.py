@@ -122,7 +122,7 @@ def _details(calibration: Calibration, flag: Flag, names: Sequence[str]) -> tupl
     said: dict[str, list[str]] = {}
     for name in names:
         for account in calibration.channel(name).accounts:
-            if flag.code in account.details:
+            if account.details.get(flag.code):
                 said.setdefault(account.details[flag.code], []).append(name)
     everywhere = len(calibration.channels)
     return tuple(

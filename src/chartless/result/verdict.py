@@ -118,7 +118,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     elif grave and known is not None:
         bad.append(f"The error may be several times the given ± {widest:.3f}.")
     elif widest > GOOD_BAND:
-        doubtful.append(f"{how_sure}; a good bracket gives ± {GOOD_BAND:g} or less.")
+        doubtful.append(f"{how_sure}; a good one is known to ± {GOOD_BAND:g} or better.")
     elif known is not None:
         fine.append(f"{how_sure}.")
     doubtful += _of_white(white)

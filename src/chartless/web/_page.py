@@ -31,6 +31,8 @@ def document(*, is_shared: bool = False) -> str:
     from chartless.models import MODELS
     from chartless.workflow import DEFAULT_METHOD
 
+    # The page takes no tables.
+    elsewhere = {each.kind for each in all_options().values() if each.option.form == "file"}
     return (
         environment()
         .from_string(part("page.html"))
@@ -38,7 +40,7 @@ def document(*, is_shared: bool = False) -> str:
             methods=list(CALIBRATORS),
             default_method=DEFAULT_METHOD,
             models=list(MODELS),
-            kinds=[AUTO, *KINDS, BOTH],
+            kinds=[AUTO, *(name for name in KINDS if name not in elsewhere), BOTH],
             ticks=[each for each in all_options().values() if each.option.page],
             is_shared=is_shared,
             formats=[each for each in FORMATS.values() if each.is_written],

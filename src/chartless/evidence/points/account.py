@@ -32,6 +32,9 @@ class SeenPoints(AbstractRecord):
         if len(irradiance) != len(brightness):
             msg = f"its points are {len(irradiance)} irradiances and {len(brightness)} brightnesses"
             raise ValueError(msg)
+        if not all(0 <= b <= 1 for b in brightness) or not all(x > 0 for x in irradiance):
+            msg = "its points should have irradiance above 0 and brightness between 0 and 1"
+            raise ValueError(msg)
         return cls(irradiance, brightness)
 
     @override
@@ -43,14 +46,14 @@ class SeenPoints(AbstractRecord):
         return self
 
 
-def account_of_points(*, seen: SeenPoints, scale: float, scatter: float) -> Account:
+def account_of_points(*, seen: SeenPoints, white: float, scatter: float) -> Account:
     """Account of the points of a channel.
 
     Parameters
     ----------
     seen : SeenPoints
-    scale : float
-        Irradiance in units of that at white, for an irradiance of 1 in the table.
+    white : float
+        Irradiance that just reaches white, in units of the table.
     scatter : float
         Relative deviation of irradiance from what the curve makes of the brightness.
     """
@@ -58,7 +61,7 @@ def account_of_points(*, seen: SeenPoints, scale: float, scatter: float) -> Acco
         kind=NAME,
         facts=(
             Fact("number", "Points used", float(len(seen.brightness)), ".0f"),
-            Fact("scale", "Irradiance at white over that of the table", 1 / scale, ".4g"),
+            Fact("white", "Irradiance at white, as in the table", white, ".4g"),
         ),
         fits=(Fit("scatter", "Scatter of the points", scatter, ".1%", good=MUCH_SCATTER),),
         record=seen,

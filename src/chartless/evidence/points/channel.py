@@ -50,9 +50,15 @@ class MeasuredPoints(AbstractCurveEvidence):
         return np.asarray(lit & (self.brightness < 1 - step))
 
     @cached_property
+    def unit(self) -> float:
+        """Irradiance that the search takes for 1, so that its factor is never far from that."""
+        return 1.0 if self.absolute else float(np.median(self.irradiance[self.is_used]))
+
+    @cached_property
     def _model(self) -> PointModel:
         used = self.is_used
-        return PointModel(self.irradiance[used], self.brightness[used], self.std[used], self.levels)
+        light = self.irradiance[used] / self.unit
+        return PointModel(light, self.brightness[used], self.std[used], self.levels)
 
     @property
     @override
@@ -73,7 +79,7 @@ class MeasuredPoints(AbstractCurveEvidence):
     @override
     def term(self, channel: str, *, noise_known: bool) -> PointTerm:
         del noise_known
-        return PointTerm(self._model, channel, self.absolute)
+        return PointTerm(self._model, channel, absolute=self.absolute)
 
     @override
     def start(self, channel: str, edges: Floats) -> Values:
@@ -83,4 +89,4 @@ class MeasuredPoints(AbstractCurveEvidence):
     @override
     def judged(self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm) -> Judgement:
         assert isinstance(term, PointTerm)
-        return judged(estimate, found, term)
+        return judged(estimate, found, term, unit=self.unit)

@@ -63,7 +63,7 @@ class PointsEvidence(AbstractEvidence):
             named = ", ".join(sorted({point.channel for point in self.points}))
             msg = (
                 f"{self.sources[0].path}: no point of channel {name}, only of {named}: add some, "
-                "or choose `channels`"
+                "or leave the channel empty in points of all channels"
             )
             raise UnfitFramesError(msg)
         irradiance, brightness, std = np.array([point[:3] for point in own]).T
@@ -119,18 +119,26 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
             raise ParameterError(msg)
     else:
         names = list(_NAMES)
-    return tuple(_point(path, number, dict(zip(names, cells, strict=False)), len(cells), names)
-                 for number, cells in rows)  # fmt: skip
+    if not rows:
+        msg = f"{path}: holds no points; give rows of irradiance and brightness"
+        raise ParameterError(msg)
+    points = tuple(_point(path, number, cells, names) for number, cells in rows)
+    named = {point.channel for point in points}
+    if named & set(GREY) and named & set(RGB):
+        msg = f"{path}: channels are R, G and B, or Y, not both"
+        raise ParameterError(msg)
+    return points
 
 
 def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
 
 
-def _point(path: Path, line: int, row: dict[str, str], n_cells: int, names: list[str]) -> Point:
-    if n_cells > len(names):
-        msg = f"{path}: line {line} has {n_cells} cells, not {len(names)} or fewer"
+def _point(path: Path, line: int, cells: list[str], names: list[str]) -> Point:
+    if len(cells) > len(names):
+        msg = f"{path}: line {line} has {len(cells)} cells, not {len(names)} or fewer"
         raise ParameterError(msg)
+    row = dict(zip(names, cells, strict=False))
     try:
         irradiance, brightness = float(row["irradiance"]), float(row["brightness"])
         std = float(row["std"]) if row.get("std") else USUAL_STD

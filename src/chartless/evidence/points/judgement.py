@@ -4,7 +4,7 @@ import numpy as np
 
 from chartless.evidence.base import Judgement
 from chartless.evidence.points.account import SeenPoints, account_of_points, doubts
-from chartless.evidence.points.term import PointTerm, points_name
+from chartless.evidence.points.term import PointFit, PointTerm, points_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate
 
@@ -13,19 +13,30 @@ from chartless.inference.estimate import CurveEstimate
 # twenty cameras (benchmarks/together.py).
 _TIMES = 2.0
 # Deviation of the light above the brightest point, as a share of what the prior expects there.
-_UNSEEN = 0.75
+_UNSEEN = 1.0
 
 
-def judged(estimate: CurveEstimate, found: ChannelMode, term: PointTerm) -> Judgement:
-    """Judge a search; arguments as for `AbstractCurveEvidence.judged`."""
+def judged(
+    estimate: CurveEstimate, found: ChannelMode, term: PointTerm, *, unit: float
+) -> Judgement:
+    """Judge a search.
+
+    Parameters
+    ----------
+    estimate, found, term
+        As for `AbstractCurveEvidence.judged`.
+    unit : float
+        Irradiance in the table that the term takes for 1.
+    """
     scale, scatter = np.exp(found.mode.values[points_name(found.channel)])
     model = term.model
     if not term.absolute:  # the estimated curve is a mean, of another factor than the mode
         scale = np.median(estimate.curve.inverse(model.brightness) / model.irradiance)
     seen = SeenPoints(tuple((scale * model.irradiance).tolist()), tuple(model.brightness.tolist()))
-    account = account_of_points(seen=seen, scale=float(scale), scatter=float(scatter))
-    wider = estimate.scaled(_TIMES)
-    if not term.absolute:
-        unseen = 1.0 - float(estimate.curve.inverse(model.brightness.max()))
-        wider = wider.with_white_error(_UNSEEN * unseen)
-    return Judgement(wider, doubts(account), (account,))
+    account = account_of_points(seen=seen, white=unit / float(scale), scatter=float(scatter))
+    if all(isinstance(fit, PointFit) for fit in found.mode.fits):  # nothing else shows the rest
+        estimate = estimate.scaled(_TIMES)
+        if not term.absolute:
+            unseen = 1.0 - float(estimate.curve.inverse(model.brightness.max()))
+            estimate = estimate.with_white_error(_UNSEEN * unseen)
+    return Judgement(estimate, doubts(account), (account,))

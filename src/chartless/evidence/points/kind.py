@@ -1,11 +1,13 @@
 """Measured points of the curve, from a table."""
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, final
 
 from typing_extensions import override
 
+from chartless._files.given import read_text
 from chartless.errors import ParameterError
 from chartless.evidence.kind import AbstractKind, Declined, Figure, Inputs, Proposal
 from chartless.evidence.points.account import NAME, SeenPoints
@@ -36,6 +38,11 @@ class Points(AbstractKind[Options, PointsEvidence]):
                 msg = "`points_absolute` says what `points` are: give these as well"
                 raise ParameterError(msg)
             return Declined(self.name, "no measured points were given", "give them as `points`")
+        if not isinstance(options.points, str | os.PathLike):
+            msg = f"`points` must be the name of a table, not {type(options.points).__name__}"
+            raise ParameterError(msg)
+        if not Path(options.points).is_file():
+            read_text(options.points)  # raises, and says why
         unit = "" if options.points_absolute else ", up to a factor of irradiance"
         return Proposal(self.name, f"points of {Path(options.points).name}{unit}", ())
 

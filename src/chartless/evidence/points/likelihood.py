@@ -6,10 +6,13 @@ A point of the irradiance E and the brightness b stands for
 
 with one factor k for all points, the deviation s of the brightness, which is given, and a relative
 scatter σ of light, which is found with the curve: what stray light, uneven lighting and processing
-do. Brightness is interpolated between the edges of levels, so that g(b) is linear in them.
+do. What was measured is E, given b: its density has a factor k for each point, without which less
+light for everything would explain it better. Brightness is interpolated between the edges of
+levels, so that g(b) is linear in them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +22,7 @@ from chartless.types import Floats
 _LEAST_STEP = 1e-9  # of irradiance from one edge to the next
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PointModel:
     """Points of one channel, ready for many looks at them."""
 
@@ -34,11 +37,11 @@ class PointModel:
     @property
     def by_edges(self) -> Floats:
         """Derivatives of g(b) in the edges, shape (N, L − 1)."""
-        return self._weights()[:, 1:-1]
+        return self._weights[:, 1:-1]
 
     def light(self, edges: Floats) -> Floats:
         """g(b), shape (N,)."""
-        return self._weights() @ self._with_ends(edges)
+        return np.asarray(self._weights @ self._with_ends(edges))
 
     def slope(self, edges: Floats) -> Floats:
         """g'(b), shape (N,)."""
@@ -68,15 +71,16 @@ class PointModel:
         residual = self.light(edges) - known
         by_scatter = (scatter * known) ** 2
         variance = (self.std * slope) ** 2 + by_scatter
-        none = np.zeros_like(self.by_edges)
-        # Of the residual, and of ln of the variance.
+        # Of the residual; and of ln of the variance, in ln k and in ln σ alike.
         moved = np.column_stack([self.by_edges, -known, np.zeros(known.size)])
-        widened = np.column_stack([none, 2 * by_scatter / variance, 2 * by_scatter / variance])
+        widened = 2 * by_scatter / variance
         squares = residual**2 / variance
-        value = -0.5 * float(np.sum(squares + np.log(variance)))
-        gradient = 0.5 * (squares - 1) @ widened - (residual / variance) @ moved
-        weighted = moved / variance[:, np.newaxis]
-        information = weighted.T @ moved + 0.5 * widened.T @ widened
+        value = -0.5 * float(np.sum(squares + np.log(variance))) + known.size * float(own[0])
+        gradient = -(residual / variance) @ moved
+        gradient[-2:] += 0.5 * (squares - 1) @ widened
+        gradient[-2] += known.size
+        information = (moved / variance[:, np.newaxis]).T @ moved
+        information[-2:, -2:] += 0.5 * widened @ widened
         return Expansion(value, gradient, information)
 
     def _places(self) -> tuple[np.ndarray, Floats]:
@@ -85,6 +89,7 @@ class PointModel:
         below = np.clip(np.floor(place).astype(np.intp), 0, self.n_levels - 1)
         return below, place - below
 
+    @cached_property
     def _weights(self) -> Floats:
         """How g(b) is made of the edges and the ends, shape (N, L + 1)."""
         below, part = self._places()

@@ -48,6 +48,19 @@ def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag
         )
         raise UnfitFramesError(msg)
     used = points.is_used
+    light = points.irradiance[used]
+    if evidence.absolute and light.max() > 1:
+        msg = (
+            f"{path}: an irradiance is {light.max():.3g} where brightness is below white, but 1 is "
+            "white: omit `points_absolute`, or divide by the irradiance of white"
+        )
+        raise UnfitFramesError(msg)
+    if np.unique(light).size < LEAST_POINTS:
+        msg = (
+            f"{path}: channel {name}: fewer than {LEAST_POINTS} points differ in irradiance: add "
+            "darker or brighter ones"
+        )
+        raise UnfitFramesError(msg)
     if _rank_correlation(points.irradiance[used], points.brightness[used]) < LEAST_ORDER:
         msg = (
             f"{path}: channel {name}: brightness does not rise with irradiance: check the order of "
@@ -66,6 +79,11 @@ def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag
 
 
 def _rank_correlation(one: Floats, other: Floats) -> float:
-    """Spearman's, ties in any order."""
-    first, second = (np.argsort(np.argsort(values, kind="stable")) for values in (one, other))
-    return float(np.corrcoef(first, second)[0, 1])
+    """Spearman's, with mean ranks of ties; 1 where all values of one are alike."""
+    ranks = []
+    for values in (one, other):
+        _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+        ranks.append((np.cumsum(counts) - (counts - 1) / 2)[place])
+    first, second = (each - each.mean() for each in ranks)
+    size = float(np.sqrt((first @ first) * (second @ second)))
+    return float(first @ second) / size if size else 1.0
