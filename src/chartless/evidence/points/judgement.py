@@ -8,9 +8,9 @@ from chartless.evidence.points.term import PointFit, PointTerm, points_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate
 
-# Between points, and above the brightest, the prior expects smoother curves than digital cameras
-# have. Deviations as a multiple of what the likelihood leaves, which held at 0.80 of the levels of
-# twenty cameras (benchmarks/together.py).
+# Between points the prior expects smoother curves than digital cameras have. Deviations as a
+# multiple of what the likelihood leaves: doubled they held at 0.99 of the levels of sixty cameras
+# (benchmarks/together.py).
 _TIMES = 2.0
 # Deviation of the light above the brightest point, as a share of what the prior expects there.
 _UNSEEN = 1.0
@@ -34,9 +34,9 @@ def judged(
         scale = np.median(estimate.curve.inverse(model.brightness) / model.irradiance)
     seen = SeenPoints(tuple((scale * model.irradiance).tolist()), tuple(model.brightness.tolist()))
     account = account_of_points(seen=seen, white=unit / float(scale), scatter=float(scatter))
-    if all(isinstance(fit, PointFit) for fit in found.mode.fits):  # nothing else shows the rest
-        estimate = estimate.scaled(_TIMES)
-        if not term.absolute:
-            unseen = 1.0 - float(estimate.curve.inverse(model.brightness.max()))
-            estimate = estimate.with_white_error(_UNSEEN * unseen)
+    estimate = estimate.scaled(_TIMES)
+    alone = all(isinstance(fit, PointFit) for fit in found.mode.fits)
+    if alone and not term.absolute:  # other evidence may show what points do not
+        unseen = 1.0 - float(estimate.curve.inverse(model.brightness.max()))
+        estimate = estimate.with_white_error(_UNSEEN * unseen)
     return Judgement(estimate, doubts(account), (account,))
