@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calibration_content import fact_of
 
 from chartless.cli import main
 
@@ -48,7 +49,7 @@ def summary(content: Any) -> list[str]:
         at = np.interp([0.18, 0.5], irradiance, channel["response_lut"])
         lines.append(
             f"{channel['name']}: U {channel['noise']['U']:.4f} V {channel['noise']['V']:.2f} "
-            f"deviance {channel['deviance']:.2f} "
+            f"deviance {fact_of(channel, 'noise', 'deviance'):.2f} "
             f"f(0.18) {at[0]:.3f} f(0.5) {at[1]:.3f} {channel['flags']}"
         )
     return lines
