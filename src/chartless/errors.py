@@ -12,7 +12,7 @@ from difflib import get_close_matches
 
 _ARGUMENT = re.compile(r"`(?P<name>[a-z_]+)(?:=(?P<value>[^`]+))?`")
 _OPTIONS = {"name": "from", "n_levels": "levels", "noise_prior": "set noise_prior"}
-"""Of arguments whose options have other names."""
+"""Options of arguments, where they have other names."""
 _PLAIN = str.maketrans("", "", "'[] ")
 
 

@@ -37,7 +37,7 @@ class Solutions:
     converged: Bools
     """Shape (B,); False where the limit of iterations came first, or no step was allowed."""
     evaluations: int
-    """Of the function for one problem, in all."""
+    """Evaluations of the function for one problem, in all."""
 
 
 def least_squares(

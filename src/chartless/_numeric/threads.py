@@ -26,7 +26,7 @@ def in_order(tasks: Iterable[Callable[[], _T]]) -> Generator[_T, None, None]:
     Yields
     ------
     result
-        Of each task.
+        Result of each task.
 
     Raises
     ------

@@ -28,7 +28,7 @@ def drawn_curves(
     channels : sequence of Response
         None draws the axes alone.
     width, height : int
-        Of the whole, in characters.
+        Size of the whole, in characters.
     ascii_only : bool
         Whether to make do with ASCII: ``*`` for the curve, ``:`` for its band.
 

@@ -244,7 +244,7 @@ class _Files(Sequence["Frame"]):
 
     @property
     def remarks(self) -> list[str]:
-        """Of reading, each once."""
+        """Remarks made when frames were read, each once."""
         return list(self._remarks)
 
     @override

@@ -11,7 +11,7 @@ from chartless.models import MODELS, UNIFORM_IRRADIANCE, AbstractModel
 from chartless.types import Floats
 
 HIGHEST_ORDER = 6
-"""Of the families of any order that are compared."""
+"""Highest order of the families of any order that are compared."""
 FAR_OFF = 0.15
 """RMSE from which on a fit describes nothing: a linear camera is off by 0.2."""
 _FEWEST = 5
@@ -44,9 +44,9 @@ class Comparison:
     """Families fitted to measured curves."""
 
     candidates: tuple[Candidate, ...]
-    """In the order of `MODELS`."""
+    """Candidates in the order of `MODELS`."""
     n_independent: tuple[float, ...]
-    """For each curve the number of independent samples that the criteria count."""
+    """Number of independent samples of each curve, as the criteria count them."""
 
     @property
     def recommended(self) -> Candidate | None:
@@ -97,7 +97,7 @@ def compare(
         Names in `MODELS`; without, `default_models`. Those with fewer than two samples to
         spare are left out.
     on_model : callable, optional
-        Told how many families are done, and of how many.
+        Called with the number of families done and the number in all.
 
     Returns
     -------

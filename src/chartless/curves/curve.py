@@ -120,7 +120,7 @@ class SampledCurve(AbstractCurve):
 
     @override
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
-        # np.interp wants increasing abscissae; of a flat stretch the first point is kept.
+        # np.interp wants increasing abscissae; the first point of a flat stretch is kept.
         wanted = checked_brightness(brightness)
         x, y = np.asarray(self.irradiance), np.asarray(self.brightness)
         first = np.searchsorted(y, wanted)  # of a flat stretch the first point

@@ -29,9 +29,9 @@ class Fit:
     rmse: float
     """Root of the mean squared difference in brightness, weighted if weights were given."""
     covariance: Floats
-    """Of the parameters, shape (P, P), if the differences are independent errors of equal size
-    (after weighting); infinite where the samples do not determine a parameter, zero across
-    side constraints in force."""
+    """Covariance of the parameters, shape (P, P), if the differences are independent errors of
+    equal size (after weighting); infinite where the samples do not determine a parameter, zero
+    across side constraints in force."""
     n_samples: int
     n_free: float
     """Effective number of parameters: without a penalty, those that no side constraint holds."""
@@ -69,7 +69,7 @@ def fit(
     irradiance, brightness : array_like of float, shape (N,), 0 … 1
         Irradiance strictly increasing.
     weights : array_like of float, shape (N,), optional
-        Of the squared differences: 1/variance where it is known.
+        Weights of the squared differences: 1/variance where it is known.
 
     Returns
     -------

@@ -36,7 +36,7 @@ class AbstractCurveSpace(ABC):
     """Coordinates x of curves, with a Gaussian prior."""
 
     mean: Floats
-    """Of the prior, shape (P,)."""
+    """Mean of the prior, shape (P,)."""
     precision: Floats
     """Inverse covariance of the prior, shape (P, P)."""
     log_precision: float

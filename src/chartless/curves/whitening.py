@@ -45,7 +45,7 @@ def _file() -> JsonObject:
 
 
 def whitening(model: AbstractModel) -> Whitening:
-    """Whitening of a family; of one without fitted numbers the raw parameters themselves.
+    """Whitening of a family; for one without fitted numbers, the raw parameters themselves.
 
     The coefficients of a principal-component family have mean 0 and are uncorrelated over
     the curves that its basis is made from.

@@ -140,7 +140,7 @@ def _cache(name: str) -> Path:
 
 
 def _reason(error: OSError | ValueError, folder: Path) -> str:
-    """What went wrong in a few words; errors of requests tell it at great length."""
+    """What went wrong in a few words; errors of requests say it at great length."""
     response = getattr(error, "response", None)
     if response is not None:
         response.close()  # nobody else does when its status is an error

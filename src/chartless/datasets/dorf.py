@@ -51,7 +51,7 @@ class Dorf:
     names : tuple of str
         Name of each curve as the file spells it, with the colour of its channel.
     scales : tuple of str
-        Label of each curve that tells how it was published, such as ``graph-log-log-neg``.
+        Label of each curve that says how it was published, such as ``graph-log-log-neg``.
     """
 
     irradiance: Floats
@@ -121,7 +121,7 @@ class Dorf:
 
 
 def kind_of(name: str, scale: str) -> str:
-    """What a curve is of, as far as its labels tell.
+    """Kind of a curve, as far as its labels show it.
 
     Film is published on logarithmic axes. Curves on linear axes are of image sensors,
     digital cameras and video cameras, together called digital, or powers of the irradiance.

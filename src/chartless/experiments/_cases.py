@@ -37,7 +37,7 @@ def run_cases(
     folder : Path
         Where results are recorded, one JSON file for each case; made if it is missing.
     fingerprint : str
-        Of everything that decides the results; a record with another one is done again.
+        Fingerprint of everything that decides the results; a record with another one is done again.
     jobs : int
         Processes. Results do not depend on their number: each case computes with one thread.
     scheduler : str, optional

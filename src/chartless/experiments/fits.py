@@ -48,7 +48,7 @@ class FitTable:
     """One family at one order, fitted to B curves."""
 
     family: str
-    """Without the order."""
+    """Name of the family without the order."""
     order: int
     rmse: Floats
     """Shape (B,)."""
@@ -57,7 +57,7 @@ class FitTable:
     out_of_range: Bools
     """Fitted curve leaves [0, 1], shape (B,)."""
     seconds: float
-    """For all curves, lower orders included where a fit starts from theirs."""
+    """Seconds for all curves, lower orders included where a fit starts from theirs."""
 
     @property
     def summary(self) -> JsonObject:
@@ -142,7 +142,7 @@ def summarize(tables: list[FitTable]) -> JsonObject:
 
 
 def winners(tables: list[FitTable]) -> list[list[FitTable]]:
-    """For each order the tables of that order, lowest median first."""
+    """Tables of each order, lowest median first."""
     return [
         sorted(
             (table for table in tables if table.order == order),

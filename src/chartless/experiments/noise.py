@@ -57,7 +57,7 @@ METHODS = SEARCHES + LIKELIHOODS
 N_DARK, DARK_SIZE = 2, (450, 800)
 """Dark frames, and rows and columns of them: a quarter of a frame has enough pixels."""
 ROUNDS, ITERATIONS = 15, 10
-"""Of the paper: rounds of a search over the noise and one over the curve, iterations of each."""
+"""As in the paper: rounds of a search over the noise and one over the curve, iterations of each."""
 _GREEN = 1
 _SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr")
 
@@ -72,7 +72,7 @@ class NoiseCase:
     slope_8bit: float
     floor_8bit: float
     row: int
-    """Of the response in DoRF."""
+    """Row of the response in DoRF."""
     seed: int
 
     @property
@@ -155,7 +155,7 @@ def check_scenes(paths: Iterable[Path]) -> None:
 
 
 def scenes_of(files: Iterable[Path]) -> list[tuple[str, int]]:
-    """Name and size of photographs: what tells records of one folder from those of another."""
+    """Name and size of photographs, which distinguish the records of one folder from another's."""
     return [(path.name, path.stat().st_size) for path in files]
 
 
@@ -190,7 +190,7 @@ class Outcome:
     """What one method made of one case."""
 
     rmse: float
-    """Of the response over 1024 irradiances."""
+    """RMSE of the response over 1024 irradiances."""
     variation: float
     """Total variation of the estimated response; 1 if it is monotone."""
     slope_8bit: float
@@ -199,11 +199,11 @@ class Outcome:
     values: tuple[float, ...]
     """Objective at the start and after each round; none without rounds."""
     evaluations: int | None
-    """Of the objective, where there is a search for its maximum."""
+    """Evaluations of the objective, where there is a search for its maximum."""
     seconds: float
     covered: tuple[float, float] | None = None
     """Share of the levels whose true irradiance lies within one and two deviations of the
-    estimated, where the method tells deviations."""
+    estimated, where the method estimates deviations."""
 
     @property
     def infeasible(self) -> bool:
@@ -217,7 +217,7 @@ class CaseResult:
 
     case: NoiseCase
     outcomes: dict[str, Outcome]
-    """By method."""
+    """Outcomes by method."""
     bound: float
     """Least RMSE that an estimate of any curve can have on these pairs: see
     `chartless.evidence.noise.bound.free_bound`."""
@@ -372,7 +372,7 @@ def estimate(
     n_frames: int = 2,
     dark: Counts | None = None,
 ) -> Outcome:
-    """Run a method that tells deviations and compare curve and deviations with the truth."""
+    """Run a method that estimates deviations and compare curve and deviations with the truth."""
     begun = time.perf_counter()
     response = calibrator.calibrate(LevelPairs(table, n_frames, dark))
     seconds = time.perf_counter() - begun

@@ -56,7 +56,7 @@ class Camera:
     floor_8bit: float = 16.0
     bits: int = 8
     quality: int | None = None
-    """Of JPEG compression; None without."""
+    """Quality of JPEG compression; None without."""
 
 
 FACTORS: dict[str, tuple[str, tuple[float | None, ...]]] = {
@@ -67,7 +67,7 @@ FACTORS: dict[str, tuple[str, tuple[float | None, ...]]] = {
     "bits": ("bits (counted at 256 levels)", (8, 10, 12)),
     "quality": ("JPEG quality (bound: without JPEG)", (85, 95, 100, None)),
 }
-"""By field of `Camera`: what it is called on an axis, and the values it takes."""
+"""For each field of `Camera`, its name on an axis and the values it takes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +77,7 @@ class SweepPoint:
     factor: str
     value: float | None
     rmse: dict[str, Floats]
-    """Of each case, shape (B,), by method."""
+    """RMSE of each case, shape (B,), by method."""
     bound: dict[str, Floats]
     """Cramér–Rao bound of each case, shape (B,), by method."""
 

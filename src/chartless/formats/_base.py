@@ -21,18 +21,18 @@ HEAD = 4096
 
 @dataclass(frozen=True, slots=True)
 class Keeps:
-    """What of a calibration a format holds; each in a few words, empty if nothing."""
+    """Parts of a calibration that a format holds; each in a few words, empty if nothing."""
 
     channels: str
     """"each" or what becomes of three curves."""
     scale: str
     """What irradiance is 1, or what the largest is called."""
     range: str = ""
-    """Of the levels seen."""
+    """How the range of the levels seen is held."""
     band: str = ""
-    """Of the error."""
+    """How the band of the error is held."""
     verdict: str = ""
-    """Of how far to trust it."""
+    """How the verdict is held, which says how far to trust the calibration."""
     curves: str = ""
     """What becomes of a curve that the format has no way to hold; empty if it holds any."""
 
@@ -101,7 +101,7 @@ class Source:
         return self.content[:HEAD].decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
 
     def provenance(self, method: str) -> JsonObject:
-        """Where a calibration came from that another program made."""
+        """Where a calibration that another program made came from."""
         digest = hashlib.sha256(self.content).hexdigest()
         return {
             "inputs": [{"file": str(self.path), "sha256": digest}],
@@ -118,7 +118,7 @@ class AbstractFormat(ABC):
     title: ClassVar[str]
     """What people call it."""
     suffix: ClassVar[str]
-    """Of files written, with its dot."""
+    """Suffix of files written, with its dot."""
     programs: ClassVar[str]
     """Who reads it."""
     tested_with: ClassVar[str]

@@ -134,7 +134,7 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
 
 
 def load_calibration(path: str | os.PathLike[str]) -> Calibration:
-    """Read a calibration from a file of ours or of another program, told apart by content.
+    """Read a calibration from a file of ours or of another program, recognised by content.
 
     Raises
     ------

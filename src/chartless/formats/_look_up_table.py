@@ -25,7 +25,7 @@ class Sampled(NamedTuple):
     low: Sequence[float] = (0.0,)
     """Brightness of the first entry, one for each channel or one for all."""
     high: Sequence[float] = (1.0,)
-    """Of the last entry."""
+    """Brightness of the last entry."""
 
 
 @dataclass(frozen=True, slots=True)

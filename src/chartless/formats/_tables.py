@@ -30,7 +30,7 @@ _VERDICT = "Verdict of chartless: "
 _RECORDED = re.compile(f"{_VERDICT}([ -;=-~]{{1,400}})")  # printable, up to a tag
 _LEVELS_OF_CURVE = 256
 _LARGEST = 1e38
-"""As float32 has it; beyond are gaps, and irradiance below its inverse is none."""
+"""Largest value, as float32 has it; beyond are gaps, and irradiance below its inverse is none."""
 _RISE = 1e-9
 _LIFTED = 1e-3
 _SMALLEST = 1e-37  # float32 has fewer digits from 1.2e-38 on
@@ -130,7 +130,7 @@ def above_zero(table: Floats, calibration: Calibration) -> Floats:
 
 
 def luma(table: Floats) -> Floats:
-    """Return one column: of three that of the picture made grey, exact where it has no colour."""
+    """Return one column; for three, that of the picture made grey, exact where it has no colour."""
     if table.shape[1] == 1:
         return table
     return np.average(table, axis=1, weights=LUMA)[:, np.newaxis]
@@ -175,7 +175,7 @@ def calibration_of(
         Channel of each column; without, R, G and B, or Y. Three equal columns become Y only by
         the choice of the caller.
     remarks : sequence of str
-        Of reading it.
+        Remarks made when it was read.
 
     Returns
     -------

@@ -13,7 +13,7 @@ _LONGEST_LINE = 1000
 
 
 def rows_of(table: Floats) -> str:
-    """Lines of a table, to the 9 digits that tell float32 apart; without a line end."""
+    """Lines of a table, to the 9 digits that distinguish float32 values; without a line end."""
     return "\n".join(" ".join(f"{each:.9g}" for each in row) for row in table)
 
 

@@ -262,7 +262,7 @@ def _number(name: str, text: str) -> float:
 
 
 def _ignored(lines: list[str]) -> list[str]:
-    """What else of a picture's light the project tells, if anything."""
+    """What else the project records of a picture's light, if anything."""
     told = {
         name
         for line in lines

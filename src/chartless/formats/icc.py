@@ -36,7 +36,7 @@ from chartless.result.verdict import known_verdict
 from chartless.types import Floats
 
 MOST_ENTRIES = 4096
-"""Of curves written."""
+"""Largest number of entries of curves written."""
 DESCRIPTION = "Camera response by chartless, primaries of sRGB assumed"
 
 _WHITE = (0.9642, 1.0, 0.8249)
@@ -46,14 +46,14 @@ _PRIMARIES = {
     b"gXYZ": (0.38515, 0.71687, 0.09708),
     b"bXYZ": (0.14307, 0.06061, 0.71410),
 }
-"""Of sRGB, as in the ICC's own profile sRGB2014.icc."""
+"""Primaries of sRGB, as in the ICC's own profile sRGB2014.icc."""
 _CURVES = ((RGB, (b"rTRC", b"gTRC", b"bTRC")), (GREY, (b"kTRC",)))
 _HEADER = ">I4xI4s4s4s6H4s28x3i48x"
 _VERSION = 0x02400000
 _MARK, _MARK_AT, _TAGS_AT = b"acsp", 36, 128
 _MOST_TAGS = 100
 _N_PARAMETERS = (1, 3, 4, 5, 7)
-"""Of the functions of a formula."""
+"""Number of parameters of each of the functions of a formula."""
 _DEFAULTS = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 _SHIFTED = 2
 """Function whose c is added to all of the curve."""

@@ -4,9 +4,9 @@
 ``channels``       (C,)      names: Y, or R, G and B
 ``brightness``     (L,)      of the levels, 0 … 1
 ``inverse_lut``    (L, C)    irradiance at them, 0 … 1
-``inverse_lut_std``  (L, C)  its deviation, NaN where the method told none
+``inverse_lut_std``  (L, C)  its deviation, NaN where the method gave none
 ``observed_levels``  (C, 2)  lowest and highest level seen
-``noise``          (C, 2)    u and v of the variance uI + v, NaN where the method told none
+``noise``          (C, 2)    u and v of the variance uI + v, NaN where the method gave none
 ``irradiance``     (1024,)   grid of the response, 0 … 1
 ``response_lut``   (1024, C)  brightness on it, 0 … 1
 ``verdict``        ()        how far to trust them, a text; empty if nothing is known

@@ -92,7 +92,8 @@ class OpenCv(AbstractFormat):
     def decode(self, source: Source) -> Calibration:
         """Calibration in a file that ``cv2.FileStorage`` wrote.
 
-        Of several matrices the one named "response" is taken, or the only one that can be it.
+        If there are several matrices, the one named "response" is taken, or the only one that can
+        be it.
         """
         if len(source.content) > _MOST_BYTES:
             msg = "is larger than any response of OpenCV: give the file that holds it alone"

@@ -1,7 +1,7 @@
 """pfstools: the curves that ``pfshdrcalibrate`` saves and applies.
 
 Matrices in Octave's text format, one for each channel and one of weights, without which nothing is
-loaded. Their names are not read: the order tells the channels. There are as many rows as levels, a
+loaded. Their names are not read: the order gives the channels. There are as many rows as levels, a
 power of two. Pixels of no less irradiance than white count as overexposed, so that curves must rise
 up to the last level.
 """

@@ -1,1 +1,1 @@
-"""Pictures as values, and what their pixels tell by themselves; no file format is known here."""
+"""Pictures as values, and what their pixels show by themselves; no file format is known here."""

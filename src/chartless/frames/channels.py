@@ -60,7 +60,7 @@ def require_alike(first: Frame, other: Frame, *, one_exposure: bool = True) -> N
     ----------
     first, other : Frame
     one_exposure : bool
-        Whether the exposure must be the same; if not, the camera must, where both files tell.
+        Whether the exposure must be the same; if not, the camera must be, where both files name it.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def require_mask(mask: Bools | None, frame: Frame) -> None:
 
 
 def _stops(first: Frame, other: Frame) -> float:
-    """Difference of exposure in stops; 0 where a file does not tell."""
+    """Difference of exposure in stops; 0 where a file does not record it."""
     if first.settings.exposure is None or other.settings.exposure is None:
         return 0.0
     return abs(math.log2(first.settings.exposure / other.settings.exposure))

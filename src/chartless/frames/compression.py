@@ -68,7 +68,7 @@ class FormerBlocks(NamedTuple):
     blocks: Blocks | None
     """The grid; None if there is none to be seen."""
     sure: bool
-    """Whether the picture has detail enough to tell."""
+    """Whether the picture has enough detail to decide."""
 
 
 def former_blocks(levels: Levels) -> FormerBlocks:
@@ -77,7 +77,7 @@ def former_blocks(levels: Levels) -> FormerBlocks:
     Parameters
     ----------
     levels : ndarray of uint8 or uint16, shape (M, N, C)
-        Of more than 8 bits none is a JPEG.
+        Levels of more than 8 bits are never a JPEG's.
     """
     if levels.dtype != np.uint8:
         return FormerBlocks(None, sure=True)

@@ -15,7 +15,7 @@ class CameraSettings:
     """What the camera noted about a picture; None where the file does not say."""
 
     exposure_time: float | None = None
-    """Seconds: of what is called 1/30 s and is 1/32, the latter where the file tells."""
+    """Seconds; where the file records that a nominal 1/30 s is 1/32 s, the latter."""
     f_number: float | None = None
     iso: float | None = None
     camera: str | None = None
@@ -23,7 +23,7 @@ class CameraSettings:
 
     @property
     def exposure(self) -> float | None:
-        """Exposure t · ISO / N² up to a constant factor, if EXIF tells all three."""
+        """Exposure t · ISO / N² up to a constant factor, if EXIF gives all three."""
         if self.exposure_time is None or self.f_number is None or self.iso is None:
             return None
         return self.exposure_time * self.iso / self.f_number**2
@@ -46,11 +46,11 @@ class FrameSource:
     sha256: str
     """Digest of the file or, without one, of its levels."""
     remarks: tuple[str, ...]
-    """Of reading it."""
+    """Remarks made when it was read."""
     span: tuple[int, int] | None = None
-    """Of a video the first and the last frame used, from 1; None of a picture."""
+    """First and last frame used of a video, from 1; None for a picture."""
     n_used: int | None = None
-    """How many of these were used, where not all; 0 of a picture that was given and not used."""
+    """How many of these were used, where not all; 0 for a picture that was given and not used."""
     lossy: bool = False
     """Whether compression changed the pixels, as far as the file shows."""
 
@@ -78,7 +78,7 @@ class Frame:
         The level of brightness 1: 4095 of 12 bits, 219 of the luma of most videos. Without, the
         largest that the type of the levels holds.
     blocks : Blocks, optional
-        Pixels that lossy compression coded together, as far as the file tells.
+        Pixels that lossy compression coded together, as far as the file shows.
     """
 
     path: Path
@@ -115,7 +115,7 @@ class TimedFrame(NamedTuple):
     """A frame of a video."""
 
     time: float | None
-    """Seconds from the start of the video; None if it does not tell."""
+    """Seconds from the start of the video; None if it does not say."""
     frame: Frame
 
 
@@ -154,7 +154,7 @@ class RawPicture:
     cell : tuple of int
         Height and width of a cell in pixels, (2, 2) for a Bayer pattern.
     white_balance : ndarray of float64, shape (3,)
-        By which the camera multiplied red, green and blue.
+        Factors by which the camera multiplied red, green and blue.
     error : float
         How far black may be from 0: half a level of the file.
     remarks, sha256

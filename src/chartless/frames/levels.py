@@ -8,7 +8,7 @@ from chartless.types import Levels
 MIN_LEVELS = 16
 """Fewer levels than this hide the noise of any camera worth calibrating."""
 MAX_LEVELS = 1024
-"""More take gigabytes and minutes, and tell no more about the curve."""
+"""More take gigabytes and minutes, and say no more about the curve."""
 
 
 def level_table(white: int, n_levels: int) -> Levels:

@@ -21,7 +21,7 @@ def listed(name: str, items: Sequence[Any]) -> list[Any]:
     Parameters
     ----------
     name : str
-        Of the argument, for messages.
+        Name of the argument, for messages.
     items : sequence of str, path or ndarray
 
     Returns

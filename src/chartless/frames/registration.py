@@ -17,7 +17,7 @@ class Registration(NamedTuple):
     """Row of the larger picture in which the first row of the smaller lies."""
     right: int
     correlation: float
-    """Of the detail of both where they overlap, −1 … 1."""
+    """Correlation of the detail of both where they overlap, −1 … 1."""
 
 
 def register(smaller: Floats32, larger: Floats32) -> Registration:
@@ -26,7 +26,7 @@ def register(smaller: Floats32, larger: Floats32) -> Registration:
     Parameters
     ----------
     smaller : ndarray of float32, shape (M, N)
-        Of any brightness and contrast.
+        Picture of any brightness and contrast.
     larger : ndarray of float32, shape (P, Q)
         P ≥ M, Q ≥ N.
     """

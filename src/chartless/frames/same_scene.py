@@ -46,7 +46,7 @@ _LEAST_SOFT = 0.05  # levels
 _NEAR = 3  # pixels around the peak that are part of it
 _BLOCK, _AGREEING = 16, 0.3  # pixels of a block; agreement from which its displacement is used
 _MOST_AGREE, _DISAGREEING = 0.7, 0.25  # median of blocks; one that moved
-_LEAST_BLOCKS, _TEXTURED = 6, 0.05  # mean weight of steps of a block that tells something
+_LEAST_BLOCKS, _TEXTURED = 6, 0.05  # mean weight of steps of a block that is informative
 _MOVES = 4  # by which the finest displacement may differ from that of the middle size
 _LEAST_TURN = 0.15  # pixels of the middle size by which a turn must move blocks to be believed
 _TURNS = (-4.0, -2.0, 2.0, 4.0)  # degrees that are tried where the peak is low or missing
@@ -112,7 +112,7 @@ class SceneMatch:
     standing_out: float
     """Deviations by which the agreement of the details exceeds that at other displacements."""
     agreement: float
-    """Of the details at this displacement, coarse ones, −1 … 1."""
+    """Agreement of the details at this displacement, coarse ones, −1 … 1."""
     following: float
     """Rank correlation of the levels at this displacement, −1 … 1."""
     moved: float
@@ -150,7 +150,7 @@ def compare_scenes(first: Glimpse, second: Glimpse) -> SceneMatch:
     Parameters
     ----------
     first, second : Glimpse
-        Of any exposures; the result is surest if these are neighbours.
+        Frames of any exposures; the result is surest if these are neighbours.
     """
     match = _compared(first, second)
     if match.one_scene and match.standing_out >= _CLEAR:
@@ -171,13 +171,13 @@ class SceneChain:
     order: tuple[int, ...]
     """Numbers of the frames from the darkest to the brightest."""
     matches: tuple[SceneMatch, ...]
-    """Of each in this order with the next."""
+    """Match of each frame in this order with the next."""
     brightness: tuple[float, ...]
     """Mean level of each frame, as given; pixels near white count too."""
     width: float
     """Larger side of the frames, in pixels."""
     radius: float
-    """Of the frames, as of a `Glimpse`."""
+    """Radius of the frames, as of a `Glimpse`."""
 
     def strangers(self) -> tuple[int, int] | None:
         """Numbers of two frames that show different scenes, the lower first; None if all agree."""
@@ -244,7 +244,7 @@ def _compared(first: Glimpse, second: Glimpse) -> SceneMatch:
 
 
 def _means(levels: Levels | Floats32, factor: int) -> Floats32:
-    """Means of blocks; of large ones not of all rows."""
+    """Means of blocks; not of all rows if they are large."""
     if factor == 1:
         return levels.astype(np.float32)
     rows, columns = (length // factor for length in levels.shape)
@@ -300,7 +300,7 @@ def _noise(picture: Floats32, shown: Bools) -> float:
         bend = np.abs(2 * values[:, 1:-1] - values[:, :-2] - values[:, 2:])[known[:, 1:-1]]
         if bend.size:
             found.append(float(np.median(bend[::every])))
-    # Of a Gaussian the median of |x| is 0.6745 σ; second differences have √6 its deviation.
+    # For a Gaussian, the median of |x| is 0.6745 σ; second differences have √6 its deviation.
     return float(np.mean(found)) / (0.6745 * 6**0.5) if found else 0.0
 
 
@@ -418,7 +418,7 @@ class _Around:
 
     @property
     def agreement(self) -> Floats:
-        """Of all blocks together, shape (S,)."""
+        """Agreement of all blocks together, shape (S,)."""
         return np.asarray(self.products.sum(axis=1) / np.maximum(self.weights.sum(axis=1), 1e-6))
 
 

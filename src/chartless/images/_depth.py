@@ -2,7 +2,7 @@
 
 Sensors count to 10, 12 or 14 bits, files have room for 8, 16 or 32. What is left over is filled
 with zeros, with the sample's own upper bits, or by scaling. Every way keeps the sample as it is in
-the upper bits, and what the lower ones hold tells how many those are.
+the upper bits, and what the lower ones hold shows how many those are.
 """
 
 import numpy as np

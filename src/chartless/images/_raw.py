@@ -119,9 +119,9 @@ class _Mosaic:
     pattern: npt.NDArray[np.uint8]
     """LibRaw's number of the colour of each site, until they repeat."""
     colours: tuple[tuple[int, ...], ...]
-    """LibRaw's numbers of red, of green and of blue; of a grey sensor of its only colour."""
+    """LibRaw's numbers of red, of green and of blue; for a grey sensor, of its only colour."""
     black: tuple[float, ...]
-    """By number of the colour."""
+    """Level of black by number of the colour."""
     white: tuple[float, ...]
 
     @property
@@ -229,7 +229,7 @@ def _opened(path: Path) -> Iterator["rawpy.RawPy"]:
 
 @contextmanager
 def _complaints() -> Iterator[list[str]]:
-    """Collect what C code prints on standard error: of half a file LibRaw says no more."""
+    """Collect what C code prints on standard error: all that LibRaw says of half a file."""
     collected: list[str] = []
     with _ERRORS, tempfile.TemporaryFile() as file:
         own = os.dup(2)

@@ -70,7 +70,7 @@ def read_frame(path: str | os.PathLike[str], *, raw: bool = False) -> Frame:
     Returns
     -------
     Frame
-        Of several pages the first; without alpha; of the bits that the levels have, not of
+        The first of several pages; without alpha; with the bits that the levels have, not
         those that the file has room for. `Frame.remarks` says so.
 
     Raises
@@ -416,7 +416,7 @@ def digest(path: Path) -> str:
 
 
 def _number(spec: oiio.ImageSpec, name: str) -> float | None:
-    """EXIF number, None if absent or nonsense; of several the first."""
+    """EXIF number, None if absent or nonsense; the first of several."""
     value = spec.getattribute(name)
     if isinstance(value, tuple) and value:
         value = value[0]

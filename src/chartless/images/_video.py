@@ -61,8 +61,8 @@ def read_video(
     Yields
     ------
     TimedFrame
-        Of limited range, luma is 0 at 16 and white, 219, at 235, of 10 bits 0 at 64 and 876 at
-        940; what lies outside is clipped. Videos that store colours have them in any case.
+        In limited range, luma is 0 at 16 and white, 219, at 235; with 10 bits, 0 at 64 and 876 at
+        940. What lies outside is clipped. Videos that store colours have them in any case.
         `Frame.remarks` says what was read and what was taken for granted. Frames have no digest.
 
     Raises
@@ -119,7 +119,7 @@ def _is_cut(container: "av.container.InputContainer", n_frames: int, time: float
 
 
 def _of_container(container: "av.container.InputContainer") -> float:
-    """Seconds; those of a container with sound as well are the sound's perhaps, and not told."""
+    """Duration in seconds; 0 if unknown, or if there is sound too, whose duration it may be."""
     if container.duration is None or len(container.streams) > 1:
         return 0.0
     return container.duration / 1e6

@@ -39,9 +39,10 @@ def merge_frames(
         Two or more of one camera, in any order; an exposure may be repeated. Each is taken once in
         every sweep and forgotten, so the sequence may read files as they are asked for.
     exposures : sequence of float, shape (K,)
-        Of each frame, relative to each other: t, or t · ISO/N² where these differ.
+        Exposure of each frame, relative to each other: t, or t · ISO/N² where these differ.
     calibration : Calibration
-        Of the camera. One of luma serves every channel. Without noise, `DEFAULT_NOISE` is taken.
+        Calibration of the camera. One of luma serves every channel. Without noise,
+        `DEFAULT_NOISE` is taken.
     white : int, optional
         Level from which on a channel is saturated, for cameras whose white lies below the highest
         level. Without, the highest, or where the curve reaches 1.

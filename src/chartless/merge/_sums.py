@@ -53,7 +53,7 @@ class Clipped:
     """
 
     exposures: Floats
-    """Of the frames from the shortest, the longest being 1."""
+    """Exposures of the frames from the shortest, the longest being 1."""
     since: npt.NDArray[np.uint16]
     """Number in this order of the first frame in which the sample is saturated."""
 

@@ -13,8 +13,8 @@ from chartless.result.response import Response
 from chartless.types import Bools, Floats, Floats32
 
 DEFAULT_NOISE = AffineNoise.from_8bit(*TYPICAL_8BIT)
-"""For calibrations that tell no noise. It is a camera's at high ISO: it trusts long exposures more
-than short ones, which costs little where it is wrong."""
+"""Noise for calibrations that give none. It is a camera's at high ISO: it trusts long exposures
+more than short ones, which costs little where it is wrong."""
 DEVIATIONS = 3.0
 """Distance of the expected irradiance from white and black at which a frame is trusted."""
 _END = 1 - 1e-6  # irradiance of levels that are white

@@ -185,7 +185,7 @@ class AbstractModel(ABC):
         irradiance : array_like of float, shape (...)
             0 black … 1 saturation. Values outside are clipped, as a sensor does.
         parameters : array_like of float, shape (P,) or (..., P)
-            Of one curve, or of several.
+            Parameters of one curve, or of several.
 
         Returns
         -------

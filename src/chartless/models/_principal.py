@@ -20,7 +20,7 @@ from chartless.models._linear import LinearModel, coefficient_names
 from chartless.types import Floats
 
 N_COMPONENTS = 25
-"""As many as Grossberg and Nayar publish."""
+"""Number of components, as many as Grossberg and Nayar publish."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,7 +110,7 @@ class BasisModel(AbstractModel):
     """
 
     kind: ClassVar[str]
-    """Of basis, as `measured_basis` names it."""
+    """Kind of basis, as `measured_basis` names it."""
     order: int = 4
     basis: Basis | None = field(default=None, repr=False)
 

@@ -28,7 +28,7 @@ class _Channel(NamedTuple):
 
     name: str
     curves: list[tuple[str, Response]]
-    """Of each camera, with its name."""
+    """Response of each camera, with its name."""
     apart: list[Floats]
     """How far each is from the first, as `_apart` has it."""
 
@@ -138,7 +138,7 @@ def _limits(channels: Sequence[_Channel]) -> tuple[float, float]:
 def _drawing(
     name: str, title: str, channel: _Channel, draw: Callable[[Axes], None], text: str
 ) -> Drawing:
-    """A figure of one channel; of a camera in colour a third of the page."""
+    """A figure of one channel; for a camera in colour, a third of the page."""
     luts = b"".join(response.inverse_lut.tobytes() for _, response in channel.curves)
     digest = hashlib.sha256(luts).hexdigest()
     size, width = HALF, "half"

@@ -25,7 +25,7 @@ class Drawing(NamedTuple):
     text: str
     """What it shows, in numbers; the page has it as element "{name}-text"."""
     width: str
-    """Of the page: "half" or "third"."""
+    """Share of the width of the page: "half" or "third"."""
 
 
 def drawings(channels: Sequence[Response]) -> list[Drawing]:

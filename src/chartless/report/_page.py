@@ -115,7 +115,7 @@ def _data_uri(content: bytes, media_type: str) -> str:
 
 
 def _numbers(channels: Sequence[Response]) -> list[Line]:
-    """What is known of each channel; quantities that the method tells of none are left out."""
+    """What is known of each channel; quantities that the method gives for none are left out."""
 
     def line(name: str, text: Callable[[Response], str]) -> Line:
         return Line(name, tuple(map(text, channels)))

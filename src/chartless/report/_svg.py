@@ -44,7 +44,7 @@ def inline_svg(
     salt : str
         Makes names inside the element differ from those of other figures in the page.
     **attributes : str
-        Of the element; underscores stand for hyphens.
+        Attributes of the element; underscores stand for hyphens.
 
     Returns
     -------

@@ -20,7 +20,7 @@ from chartless.types import JsonObject
 Value: TypeAlias = float | str | tuple[float, ...]
 
 _FORM = re.compile(r"|(\.\d)?[fg%]|file")
-_FEW = 3  # numbers of a fact; of more the least and the largest are written
+_FEW = 3  # numbers of a fact; of more, only the least and the largest are written
 
 
 def require_form(form: str) -> str:
@@ -87,9 +87,9 @@ class Fit(NamedTuple):
     value: float
     form: str = ".2f"
     good: float | None = None
-    """Up to which it is good; None if no limit is known."""
+    """Highest value that is good; None if no limit is known."""
     bad: float | None = None
-    """Above which the band does not hold where a misfit is flagged; None if that is unknown."""
+    """Value above which the band does not hold where a misfit is flagged; None if unknown."""
     remark: str = ""
     """Sentence for a value above `good`, where no flag says it."""
 
@@ -141,7 +141,7 @@ class AbstractRecord(ABC):
 
 @dataclass(frozen=True, slots=True)
 class UnknownRecord(AbstractRecord):
-    """That of a kind which is not registered here, kept as it was read."""
+    """Record of a kind that is not registered here, kept as it was read."""
 
     content: JsonObject
 
@@ -162,7 +162,7 @@ class Account:
     details: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     """What a flag means here, by its code: a sentence without a full stop."""
     share: float | None = None
-    """Of the information on the curve by all kinds, 0 … 1; None if it was not measured."""
+    """Share in the information of all kinds on the curve, 0 … 1; None if it was not measured."""
     record: AbstractRecord | None = None
 
     @property

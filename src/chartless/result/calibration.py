@@ -25,7 +25,7 @@ class Calibration:
     channels: tuple[Response, ...]
     """One named "Y", or three named "R", "G" and "B"."""
     bit_depth: int
-    """Of the frames it was made from."""
+    """Bit depth of the frames it was made from."""
     evidence: tuple[Reading, ...] = ()
     """What was read, by kind; empty if another program made the curves."""
     provenance: JsonObject = field(default_factory=dict)

@@ -29,9 +29,9 @@ def provenance(
     Parameters
     ----------
     sources : sequence of FrameSource
-        Of the frames that were used.
+        Sources of the frames that were used.
     settings : JsonObject
-        Of evidence and method.
+        Settings of evidence and method.
     responses : sequence of Response
         The result.
     remarks : iterable of str

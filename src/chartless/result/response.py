@@ -47,7 +47,7 @@ class Response:
     curve: AbstractCurve
     """f and its inverse g."""
     noise: AffineNoise | None
-    """Noise of a single frame in irradiance; None where the method does not tell it."""
+    """Noise of a single frame in irradiance; None where the method does not estimate it."""
     n_levels: int
     """Levels L of the frames as calibrated; `inverse_lut` has one entry for each."""
     observed_levels: tuple[int, int]
@@ -62,11 +62,11 @@ class Response:
     """What each kind of evidence says besides the curve."""
     log_evidence: float | None = None
     """Logarithm of the probability of the evidence under the family, by Laplace, for comparing
-    families on the same frames; None where the method does not tell it."""
+    families on the same frames; None where the method does not give it."""
     noise_error: NoiseError | None = None
-    """Of the noise parameters, where the method tells one."""
+    """Error of the noise parameters, where the method estimates one."""
     inverse_lut_std: Floats | None = None
-    """Standard deviation of `inverse_lut`, shape (L,), where the method tells one."""
+    """Standard deviation of `inverse_lut`, shape (L,), where the method estimates one."""
     shape_std: Floats | None = None
     """The part of `inverse_lut_std` that is not one factor for all levels, shape (L,): what counts
     where light is compared with light. None where the method does not divide it."""
@@ -74,8 +74,8 @@ class Response:
     """The other part: relative deviation of the light at white against that of all levels. It is
     large where frames do not show how levels go over into white."""
     parameter_covariance: Floats | None = None
-    """Of the parameters of the family, in their order, shape (P, P); None without a family and
-    where the method does not tell it."""
+    """Covariance of the parameters of the family, in their order, shape (P, P); None without a
+    family and where the method does not estimate it."""
     history: SearchHistory | None = None
 
     @property
@@ -134,7 +134,7 @@ class Response:
         )
 
     def __repr__(self) -> str:
-        """One line: tables of hundreds of levels tell nothing in a terminal."""
+        """One line: tables of hundreds of levels are of no use in a terminal."""
         what = (self.method, f"{self.n_levels} levels", self.status.value)
         return f"<Response {self.name}: {', '.join((*what, *(each.code for each in self.flags)))}>"
 
@@ -164,7 +164,7 @@ def rmse(curve: AbstractCurve | Response, truth: AbstractCurve | Response) -> fl
     Parameters
     ----------
     curve, truth : AbstractCurve or Response
-        Of a `Response`, such as ``calibration.channel("G")``, its curve is taken.
+        The curve of a `Response`, such as ``calibration.channel("G")``, is taken.
 
     Returns
     -------

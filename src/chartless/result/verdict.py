@@ -46,7 +46,7 @@ class Verdict:
     reasons: tuple[str, ...]
     """Sentences."""
     chief: tuple[str, ...]
-    """Those of them that decided the grade."""
+    """Those of the reasons that decided the grade."""
 
     def __str__(self) -> str:
         return f"{self.grade.value}: {' '.join(self.reasons)}"
@@ -199,7 +199,7 @@ def _grave(response: Response) -> set[Flag]:
 
 
 def _is_untested(response: Response) -> bool:
-    """Whether the method tells no goodness of fit."""
+    """Whether the method gives no goodness of fit."""
     unknown = any(not each.fits for each in response.accounts)
     return unknown and Flag.MISFIT not in response.flags
 

@@ -41,7 +41,7 @@ def write_simulation(
     settings : dict
         What to record of where these came from.
     on_frame : callable, optional
-        Told the number of each frame that was written.
+        Called with the number of each frame that was written.
 
     Returns
     -------

@@ -20,7 +20,7 @@ def check_family(model: AbstractModel, parameters: Floats | None = None) -> None
     ----------
     model : AbstractModel
     parameters : ndarray, shape (P,), optional
-        Of an increasing member. Without, `model.identity`.
+        Parameters of an increasing member. Without, `model.identity`.
 
     Raises
     ------

@@ -35,7 +35,7 @@ def check_format(each: AbstractFormat) -> None:
     assert each.is_written or each.is_read, f"{name}: is neither read nor written"
     if not (each.is_written and each.is_read):
         return
-    # Of a format that holds a family alone: what a first round trip makes of a camera.
+    # For a format that holds a family alone, take what a first round trip makes of a camera.
     camera = _camera() if each.keeps.curves else _again(each, _camera())
     again = _again(each, camera)
     for response in again.channels:

@@ -40,12 +40,12 @@ def check_kind(kind: AbstractKind[Any, Any], evidence: AbstractEvidence) -> Cali
     kind : AbstractKind
         Registered in `chartless.evidence.registry.KINDS`.
     evidence : AbstractEvidence
-        From which a calibration can be made, by the method likelihood.
+        Evidence from which a calibration can be made, by the method likelihood.
 
     Returns
     -------
     Calibration
-        From the example, for checks of your own.
+        Calibration from the example, for checks of your own.
 
     Raises
     ------

@@ -49,9 +49,9 @@ def make_app(
     Parameters
     ----------
     folder : Path
-        For files of all browsers; it exists, and what is in it is removed at the end.
+        Folder for files of all browsers; it exists, and what is in it is removed at the end.
     port : int
-        In the names of cookies, which all ports of a computer share.
+        Port in the names of cookies, which all ports of a computer share.
     hosts, token
         See `chartless.web._guard.Guard`.
     limits : Limits, optional
@@ -322,7 +322,7 @@ async def _content(request: Request, most: int) -> bytes:
 
 
 async def _chunks(request: Request) -> AsyncIterator[bytes]:
-    """Content of a request as it comes; of a browser that is gone without a word no more does."""
+    """Content of a request as it comes; no more comes once the browser is gone without a word."""
     chunks = request.stream()
     while True:
         try:

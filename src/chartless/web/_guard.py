@@ -1,4 +1,4 @@
-"""Which requests are answered at all, and with what the browser is told about the answers.
+"""Which requests are answered at all, and with which instructions to the browser.
 
 A page on this computer can be reached by every page that the browser shows. So nothing is done for
 a request that another site has sent: its host must be ours (else a name of theirs could stand for

@@ -15,7 +15,7 @@ from chartless.result.calibration import Calibration
 from chartless.types import JsonObject, Levels
 
 MOST_BYTES = 36_000_000
-"""Of a frame: 9 megapixels, more than 3840 × 2160, in red, green, blue and nothing."""
+"""Bytes of a frame: 9 megapixels, more than 3840 × 2160, in red, green, blue and nothing."""
 _INTERVAL = 1.0  # seconds between two drawings of the curve, each a tenth of a second
 _BLACK, _WHITE = 16, 235  # of luma in limited range (ITU-R BT.601)
 _NAME = Path("camera")  # in messages and in the calibration

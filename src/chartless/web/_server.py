@@ -125,7 +125,7 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
 
 
 def _name_for_others(listener: socket.socket, host: str) -> str:
-    """The address itself or, of one that stands for all, that of this computer."""
+    """The address itself or, for one that stands for all, that of this computer."""
     if not ipaddress.ip_address(listener.getsockname()[0]).is_unspecified:
         return host
     with socket.socket(listener.family, socket.SOCK_DGRAM) as probe:

@@ -17,7 +17,7 @@ Progress = Callable[[str, float], None]
 
 _AT_ONCE = min(2, max(1, (os.cpu_count() or 1) // 2))
 _PROCESSES = _AT_ONCE + 1  # and one for what is brief
-_LONGEST = 60.0  # seconds of that; of a raw file all is unpacked
+_LONGEST = 60.0  # seconds of that; all of a raw file is unpacked
 
 
 class TaskError(ChartlessError):

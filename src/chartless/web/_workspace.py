@@ -57,11 +57,11 @@ class Camera:
     id: str
     title: str
     folder: Path
-    """With camera.json and report.html when it is done."""
+    """Folder with camera.json and report.html when it is done."""
     frames: tuple[Upload, ...] = ()
     """What it is made from, with the roles of then."""
     options: JsonObject | None = None
-    """Those that were chosen; None of a calibration that was not made here from files."""
+    """Options that were chosen; None for a calibration that was not made here from files."""
     stage: str = "waiting"
     share: float = 0.0
     error: str = ""
