@@ -71,6 +71,7 @@ def shape_std(response: Response) -> Floats:
 
 @pytest.mark.parametrize("channel", ["R", "G", "B"])
 @pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.slow
 def test_raw_files_and_a_bracket_together_are_no_worse_than_the_better(
     curve: str, channel: str
 ) -> None:
@@ -145,6 +146,7 @@ def test_the_shape_is_surer_by_both_than_by_raw_files() -> None:
 
 
 @pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.slow
 def test_beside_raw_files_the_exponent_of_unknown_exposures_is_known(curve: str) -> None:
     of_raw, unknown = shots(curve).channel("G"), bracket(curve, known=False).channel("G")
     alone = found(unknown)
@@ -206,6 +208,7 @@ def test_a_family_is_taken_for_both() -> None:
 # Kinds that disagree
 
 
+@pytest.mark.slow
 def test_kinds_that_show_different_curves_are_flagged_and_the_band_holds_both() -> None:
     of_raw, right = shots("srgb").channel("G"), bracket("srgb")
     off = np.array([0.0, 0.6, 0.7, 2.0])[: right.log_exposures.size]

@@ -608,6 +608,7 @@ def test_grey_patches_of_real_cameras_are_predicted(
 
 
 @pytest.mark.parametrize("error", [0.02, 0.1])
+@pytest.mark.slow
 def test_exposures_do_not_hide_what_a_family_misses(error: float) -> None:
     """They are free to bend with the family: any curve has its own."""
     given = found("srgb", model="gamma", error=error)
