@@ -37,6 +37,7 @@ def test_calibrating_waits_for_no_library_that_few_calibrations_need():
     assert loaded.isdisjoint(rare)
 
 
+@pytest.mark.slow
 def test_values_that_notebooks_show_load_no_plot_until_they_are_shown():
     loaded = modules_after("from chartless import Calibration, Response, load")
 

@@ -97,6 +97,7 @@ def test_arrays_are_named_by_their_number(frames: list[Levels]) -> None:
     assert inputs[0]["sha256"] == hashlib.sha256(frames[0].tobytes()).hexdigest()
 
 
+@pytest.mark.slow
 def test_several_processes_find_the_same(paths: list[Path]) -> None:
     told: list[str] = []
 

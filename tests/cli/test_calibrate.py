@@ -615,6 +615,7 @@ def test_two_frames_make_a_calibration(
         assert response.n_pairs == 192 * 256
 
 
+@pytest.mark.slow
 def test_what_is_known_of_the_sensor_narrows_the_band(shoot: Shoot, chartless: Chartless) -> None:
     frames = simulate_frames(shoot.scene(), named_curve("srgb"), AffineNoise.of_sensor(1_000, 6))
     paths = [shoot.write(f"{place}.png", levels) for place, levels in enumerate(frames)]

@@ -82,6 +82,7 @@ def test_luma_a_family_and_fewer_levels(shots: Path, chartless: Chartless) -> No
     assert np.sqrt(np.mean((found - truth) ** 2)) < 0.03
 
 
+@pytest.mark.slow
 def test_a_mask_leaves_pixels_out(shots: Path, tmp_path: Path, chartless: Chartless) -> None:
     pixels = np.zeros((384, 512), np.uint8)
     pixels[:, :256] = 255

@@ -62,6 +62,7 @@ def test_frames_that_are_gone_are_missed(
     assert "<img" not in (tmp_path / "a.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_report_leaves_json_alone(
     frames: list[Path], chartless: Chartless, tmp_path: Path
 ) -> None:

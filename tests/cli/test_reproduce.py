@@ -212,6 +212,7 @@ def test_a_second_run_prints_the_same_at_once_and_json_is_the_summary(
     assert (reproduced.folder / "summary.json").read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_an_interruption_is_one_line_and_the_next_run_goes_on(
     dorf_file: Path, tmp_path: Path, chartless: Chartless, monkeypatch: pytest.MonkeyPatch

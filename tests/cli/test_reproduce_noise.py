@@ -177,6 +177,7 @@ def test_a_folder_that_may_not_be_written(
     assert list(out.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_full_disk(
     arguments: tuple[object, ...], tmp_path: Path, refusal: Refusal, monkeypatch: pytest.MonkeyPatch
 ) -> None:

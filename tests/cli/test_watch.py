@@ -105,6 +105,7 @@ def test_it_stops_at_what_a_verdict_does_not_distrust() -> None:
     assert (known["until"].default, known["window"].default) == (WORST_BAND, WINDOW)
 
 
+@pytest.mark.slow
 def test_what_is_not_good_enough_is_saved_with_another_status(
     record: Record, chartless: Chartless, tmp_path: Path
 ) -> None:
@@ -194,6 +195,7 @@ def test_compressed_video_is_never_good_enough(record: Record, chartless: Chartl
     assert "do not trust: A curve and its noise do not explain the pictures: " in done.out
 
 
+@pytest.mark.slow
 def test_off_a_terminal_a_line_says_how_it_goes(
     record: Record, chartless: Chartless, monkeypatch: pytest.MonkeyPatch
 ) -> None:

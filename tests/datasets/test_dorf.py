@@ -74,6 +74,7 @@ def test_the_published_text(lines: list[str], newline: str, tmp_path: Path) -> N
     assert Counter(dorf.kinds) == {"film": 154, "digital": 34, "gamma": 13}
 
 
+@pytest.mark.slow
 def test_the_published_archive_and_folders_with_any_form(lines: list[str], tmp_path: Path) -> None:
     text = "\n".join(lines)
     (tmp_path / "text").mkdir()

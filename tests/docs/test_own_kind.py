@@ -5,10 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PAGE = Path(__file__).parents[2] / "docs" / "own-kind.md"
 
 
+@pytest.mark.slow
 def test_the_tutorial_runs(tmp_path: Path) -> None:
     """In a process of its own, as it registers a kind."""
     blocks = BLOCK.findall(PAGE.read_text(encoding="utf-8"))

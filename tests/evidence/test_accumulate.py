@@ -159,6 +159,7 @@ def test_progress_counts_runs(files: list[Path]) -> None:
 # Memory
 
 
+@pytest.mark.slow
 def test_never_more_than_two_frames_are_held(monkeypatch: pytest.MonkeyPatch) -> None:
     alive: list[weakref.ref[Any]] = []
     most = 0

@@ -222,6 +222,7 @@ def with_dark(lit: list[Levels], covered: list[Levels]) -> Calibration:
     return chartless.calibrate(lit, dark=covered, noise_prior=CAMERAS_OF_2008)
 
 
+@pytest.mark.slow
 def test_dark_frames_narrow_what_is_known_of_the_noise(
     without: Calibration, with_dark: Calibration
 ) -> None:

@@ -104,6 +104,7 @@ def test_nothing_of_the_drift_is_left(gain: float) -> None:
     assert np.array_equal(still.counts, compensated(table, drift).counts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gain", slow_but([0.98, 1.02], 1.02))
 def test_the_curve_is_that_of_steady_light(gain: float) -> None:
     calibrator = CALIBRATORS["likelihood"]()

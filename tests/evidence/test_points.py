@@ -305,6 +305,7 @@ def test_points_join_a_bracket(tmp_path: Path) -> None:
     assert both.evidence[1].inputs == (3,)
 
 
+@pytest.mark.slow
 def test_points_join_the_noise_of_frames(tmp_path: Path) -> None:
     """Given both, both are read: nobody gives frames that are to be left out."""
     scene = np.random.default_rng(2).uniform(0, 1, size=(150, 200))
@@ -319,6 +320,7 @@ def test_points_join_the_noise_of_frames(tmp_path: Path) -> None:
     assert shape_error(response, SRGB) < 0.005
 
 
+@pytest.mark.slow
 def test_points_have_as_many_levels_as_a_video(tmp_path: Path) -> None:
     """220 of luma, where points alone would have 256."""
     scene = np.random.default_rng(2).uniform(0, 1, size=(120, 160))
@@ -332,6 +334,7 @@ def test_points_have_as_many_levels_as_a_video(tmp_path: Path) -> None:
     assert set(response.kinds) == {"noise", "points"}
 
 
+@pytest.mark.slow
 def test_exposures_of_unknown_ratio_are_told_by_points(tmp_path: Path) -> None:
     frames, path = exposures(tmp_path), table(tmp_path / "chart.csv", factor=3, error=0.01)
 

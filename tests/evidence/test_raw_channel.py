@@ -86,6 +86,7 @@ def test_a_channel_is_estimated_as_if_it_were_alone(
     assert alone.kinds == ("raw",)
 
 
+@pytest.mark.slow
 def test_a_second_shot_tells_its_gain() -> None:
     first, second = patches(), patches(seed=1)
     evidence = raw_evidence([Camera().pair(first), Camera(gain=1.1).pair(second, exposure=0.7)])
@@ -106,6 +107,7 @@ def test_a_family_is_taken_on_request(evidence: RawEvidence) -> None:
     assert rmse(response.curve, named_curve("srgb")) < 0.02
 
 
+@pytest.mark.slow
 def test_a_family_that_misses_the_camera_is_flagged() -> None:
     film = Camera(curve=named_curve("ameegc2-exact:0.48,-2.26,0.37"))
     pairs = raw_evidence([film.pair(patches())]).channel("G")

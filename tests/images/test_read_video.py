@@ -287,6 +287,7 @@ def test_a_video_cut_short_is_refused(noise: Pixels, tmp_path: Path) -> None:
     assert refusal(path).startswith("is damaged or no video")
 
 
+@pytest.mark.slow
 def test_without_pyav_one_line_says_what_to_install(tmp_path: Path) -> None:
     path = tmp_path / "a.mp4"
     path.write_bytes(b"video")

@@ -102,6 +102,7 @@ def test_what_both_tell_is_in_the_result() -> None:
     assert set(both.kinds) == {"raw", "bracket"}
 
 
+@pytest.mark.slow
 def test_shares_of_the_information_add_up_to_one() -> None:
     of_raw, of_bracket = shots("srgb").channel("G"), bracket("srgb").channel("G")
 
@@ -116,6 +117,7 @@ def test_shares_of_the_information_add_up_to_one() -> None:
     assert with_noise.account("raw").share == pytest.approx(shares[0])
 
 
+@pytest.mark.slow
 def test_the_order_of_kinds_makes_no_difference() -> None:
     """But for the curves that are drawn for mean and deviation."""
     of_raw, of_bracket = shots("srgb").channel("G"), bracket("srgb").channel("G")
@@ -130,6 +132,7 @@ def test_the_order_of_kinds_makes_no_difference() -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_shape_is_surer_by_both_than_by_raw_files() -> None:
     of_raw, of_bracket = shots("srgb").channel("G"), bracket("srgb").channel("G")
     claims = [
@@ -195,6 +198,7 @@ def test_all_three_kinds_are_taken() -> None:
     assert everything.noise is not None
 
 
+@pytest.mark.slow
 def test_a_family_is_taken_for_both() -> None:
     parts = shots("gamma:0.6").channel("G"), bracket("gamma:0.6").channel("G")
 

@@ -193,6 +193,7 @@ def test_exposures_count_up_to_a_factor() -> None:
     np.testing.assert_allclose(shifted.inverse_lut, found("srgb").inverse_lut, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_two_runs_are_equal_to_the_last_bit() -> None:
     counts = bracket("film")
     once, again = (LikelihoodSearch().calibrate(ExposurePairs(counts)) for _ in range(2))
@@ -395,6 +396,7 @@ def test_a_family_gives_one_of_its_members(repeated: bool) -> None:
     assert np.all(np.linalg.eigvalsh(given.parameter_covariance) > 0)
 
 
+@pytest.mark.slow
 def test_a_family_that_holds_the_camera_finds_its_exponent() -> None:
     given = found("gamma", model="gamma")
 

@@ -478,6 +478,7 @@ def test_one_channel_has_nobody_to_tell_it_together_with() -> None:
     np.testing.assert_array_equal(deviations(found), deviations(alone))
 
 
+@pytest.mark.slow
 def test_channels_that_share_no_noise_are_found_each_by_itself() -> None:
     tables = {name: table_of(name) for name in ("srgb", "linear")}
     evidence = {name: [LevelPairs(table)] for name, table in tables.items()}

@@ -285,6 +285,7 @@ def test_channels_that_agree_are_as_sure_as_one() -> None:
         np.testing.assert_allclose(std(each)[5:-2], std(alone)[5:-2], rtol=0.25)
 
 
+@pytest.mark.slow
 def test_where_exposures_are_known_each_channel_is_as_if_it_were_alone() -> None:
     evidence = bracket(0.0)
     for response in together(0.0):

@@ -48,6 +48,7 @@ def test_a_missing_folder_is_refused(linear_camera: Calibration, tmp_path: Path)
         save(linear_camera, tmp_path / "missing" / "report.html")
 
 
+@pytest.mark.slow
 def test_a_frame_of_other_channels_leaves_no_report(of_noise: Calibration, tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="the picture has 1"):
         save(of_noise, tmp_path / "a.html", Frame(Path("a.png"), np.zeros((2, 2, 1), np.uint8)))

@@ -277,6 +277,7 @@ def test_exposures_that_were_found_stand_beside_those_given(
     assert [row[2] for row in rows] == ["1", "0.8", "10000"]
 
 
+@pytest.mark.slow
 def test_of_three_channels_the_middle_one_says_which_exposures_were_found(
     of_bracket: Calibration, parsed: Parse
 ) -> None:
@@ -643,6 +644,7 @@ def with_wedge(calibration: Calibration, **changes: Any) -> Calibration:
     return replace(calibration, channels=channels, evidence=(*calibration.evidence, reading))
 
 
+@pytest.mark.slow
 def test_an_account_of_an_unknown_kind_is_shown(of_noise: Calibration, parsed: Parse) -> None:
     page = render(with_wedge(of_noise))
 
@@ -652,6 +654,7 @@ def test_an_account_of_an_unknown_kind_is_shown(of_noise: Calibration, parsed: P
     assert rows["Pairs left out"] == ["0.25%"] * 3
 
 
+@pytest.mark.slow
 def test_a_table_of_an_unknown_kind_is_shown(of_noise: Calibration, parsed: Parse) -> None:
     tree = parsed(render(with_wedge(of_noise)))
 
@@ -660,6 +663,7 @@ def test_a_table_of_an_unknown_kind_is_shown(of_noise: Calibration, parsed: Pars
     assert rows_of(table) == [["Picture", "Density"], ["w0.png", "0.05"], ["w1.png", "1.23"]]
 
 
+@pytest.mark.slow
 def test_the_verdict_says_what_a_fit_of_an_unknown_kind_remarks(
     of_noise: Calibration, parsed: Parse
 ) -> None:
@@ -671,6 +675,7 @@ def test_the_verdict_says_what_a_fit_of_an_unknown_kind_remarks(
     assert text_of(beyond).count("The steps of the wedge are off: clean it.") == 1
 
 
+@pytest.mark.slow
 def test_a_calibration_of_an_unknown_kind_is_saved_from_its_page(
     of_noise: Calibration, parsed: Parse, tmp_path: Path
 ) -> None:

@@ -67,6 +67,7 @@ def test_a_kind_keeps_its_promises(name: str) -> None:
     assert all(name in each.kinds for each in calibration.channels)
 
 
+@pytest.mark.slow
 def test_families_keep_their_promises() -> None:
     for model in MODELS.values():
         check_family(model)

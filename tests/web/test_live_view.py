@@ -90,6 +90,7 @@ def test_frames_at_once_are_read_one_after_the_other(client: Client) -> None:
     assert sorted(numbers) == list(range(1, 21))
 
 
+@pytest.mark.slow
 def test_frames_that_never_end_are_not_all_held(client: Client) -> None:
     """However often the camera is started anew: the second waits in the browser."""
     size = 30_000_000

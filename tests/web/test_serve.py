@@ -108,6 +108,7 @@ def busy(server: Server, frames: list[Path]) -> Client:
     pytest.fail("the calibration did not begin")
 
 
+@pytest.mark.slow
 def test_it_says_where_the_page_is_and_listens_there_alone(start: Start) -> None:
     server = start()
 

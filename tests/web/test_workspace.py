@@ -181,6 +181,7 @@ class TestLimits:
         assert "0.2 MB" in answer.error
         assert strict_client.state["files"] == []
 
+    @pytest.mark.slow
     def test_too_much_together_and_room_again(
         self, strict_client: Client, frames: list[Path]
     ) -> None:
@@ -325,6 +326,7 @@ class TestCalibrations:
         with zipfile.ZipFile(io.BytesIO(answer.body)) as archive:
             assert sorted(archive.namelist()) == ["camera.txt", "vignette.png"]
 
+    @pytest.mark.slow
     def test_the_report_is_its_own_and_may_run_nothing(self, given: Client) -> None:
         key = given.ask("POST", "/api/cameras", {"method": "nlf"}).json["id"]
         given.finished(key)
