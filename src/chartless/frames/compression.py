@@ -11,10 +11,11 @@ compression history: JPEG detection and quantizer estimation", doi:10.1109/TIP.2
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from chartless.types import Bools, Floats32, Levels
 
@@ -114,18 +115,23 @@ def _zeros(levels: Levels, n_bands: int) -> tuple[Floats32, Floats32]:
         clipped = ((band == 0) | (band == 255)).any(axis=2)  # noqa: PLR2004 - 8 bits
         for phase in range(n):
             strip = luma[phase : phase + n]
-            windows = sliding_window_view(transform @ strip, n, axis=1)
-            coefficients = np.abs(windows @ transform.T).transpose(1, 0, 2)
-            pixels = sliding_window_view(strip, n, axis=1)
-            spans = pixels.max(axis=(0, 2)) - pixels.min(axis=(0, 2))
-            usable = spans >= _LEAST_RANGE
-            usable &= ~sliding_window_view(clipped[phase : phase + n], n, axis=1).any(axis=(0, 2))
-            share = (coefficients[:, chosen] < _ZERO).mean(axis=1)
-            column = np.arange(share.size) % n
+            lowest, highest = _windows(strip.min(axis=0)), _windows(strip.max(axis=0))
+            spans = highest.max(axis=1) - lowest.min(axis=1)
+            whole = ~_windows(clipped[phase : phase + n].any(axis=0)).any(axis=1)
+            usable = np.flatnonzero((spans >= _LEAST_RANGE) & whole)
+            windows = _windows(transform @ strip)[:, usable]
+            small = np.abs(windows @ transform.T) < _ZERO
+            share = small.transpose(1, 0, 2)[:, chosen].mean(axis=1)
+            column = usable % n
             row = (start + phase) % n
-            zeros[row] += np.bincount(column, share * usable, n)
-            seen[row] += np.bincount(column, usable, n)
+            zeros[row] += np.bincount(column, share, n)
+            seen[row] += np.bincount(column, minlength=n)
     return zeros, seen
+
+
+def _windows(values: NDArray[Any]) -> NDArray[Any]:
+    """Views of a block's length, along a last axis of its own."""
+    return sliding_window_view(values, JPEG_BLOCK, axis=-1)
 
 
 def _cosines() -> Floats32:
