@@ -1,7 +1,7 @@
-"""What may be doubtful about a calibration, in words: the flags of a result.
+"""Flags of a result: doubts about a calibration, with advice in words.
 
-A result that exists but deserves less trust is flagged, not refused. The values are what
-calibration files hold; `advice` is what people are shown.
+A result that deserves less trust is flagged, not refused. Calibration files hold the
+codes; people are shown the `advice`.
 """
 
 from enum import Enum
@@ -9,7 +9,7 @@ from typing import Self
 
 
 class Advice(Enum):
-    """Words with a name for files."""
+    """A code for files and a sentence for people."""
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.code}>"
@@ -21,12 +21,12 @@ class Advice(Enum):
 
     @property
     def advice(self) -> str:
-        """What it means and what to do, in one sentence."""
+        """Meaning and remedy, in one sentence."""
         return str(self.value[1])
 
     @classmethod
     def from_code(cls, code: str) -> Self:
-        """Member with this name; raises ValueError for one that this version does not know."""
+        """Member with this name; raises ValueError for an unknown name."""
         for member in cls:
             if member.code == code:
                 return member
@@ -35,7 +35,7 @@ class Advice(Enum):
 
 
 class Flag(Advice):
-    """A doubt about a result, with what to do about it."""
+    """A doubt about a result, with its remedy."""
 
     LEVELS_UNSEEN = (
         "levels-unseen",

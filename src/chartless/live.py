@@ -1,16 +1,18 @@
-"""Evidence of a running camera: frames come one by one, and what is old is forgotten.
+"""Evidence from a running camera: frames arrive one by one, old pairs are dropped.
 
-Each frame is compared with the one before. Pairs between which something moved are left out. The
-others are counted into a ring of a few blocks, each a table of whole numbers, of which the oldest
-is dropped whole: what is kept is exactly the sum of the tables of its pairs.
+Each frame is compared with the previous one. Pairs between which something moved are
+left out. The others are counted into a ring of a few blocks, each a table of integers,
+and the oldest block is dropped as a whole: the evidence is exactly the sum of the
+tables of the pairs kept.
 
-A camera that runs by itself changes its exposure. That is welcome: the curve is the camera's, and
-the noise at a brightness depends on nothing else, so pairs before and after add up and show more of
-the range. A change of gain is not: it changes the noise at all brightnesses (noise variance uI + v
-becomes g u I + g² v), and tables of both would bend the curve. So the noise of each pair is
-compared with that of the oldest, and once it differs all that was before is forgotten. In simulated
-cameras the noise levels of equal gain agree within 4 %, whatever the scene and the exposure; a gain
-of 1.1 changes them by 16 %; pairs of gains 1 and 2 together gave errors up to three times the band.
+A camera left to itself changes its exposure. That is useful: the curve stays the same,
+and the noise depends on the brightness alone, so pairs before and after add up and show
+more of the range. A change of gain is harmful: it changes the noise at all brightnesses
+(noise variance uI + v becomes g u I + g² v), and the sum of both tables would bend the
+curve. So the noise of each pair is compared with that of the oldest, and once it
+differs all earlier pairs are dropped. In simulated cameras the noise levels of equal
+gain agree within 4 %, whatever the scene and the exposure; a gain of 1.1 changes them
+by 16 %; pairs of gains 1 and 2 together gave errors up to three times the band.
 """
 
 from collections import Counter, deque
@@ -38,23 +40,23 @@ from chartless.result.verdict import GRAVE, WORST_BAND, Grade, band, verdict
 from chartless.types import Floats, Levels
 
 WINDOW = 100
-"""Pairs of frames that are kept unless asked: more tell hardly more."""
+"""Default number of pairs of frames kept: more add little."""
 LEAST = 10
-"""Pairs below which no curve is good enough: a single one may have been lucky."""
+"""Fewest pairs for a curve to be good enough: a single one may be lucky."""
 _BLOCKS = 5
 _MOVED = {Flag.MOTION, Flag.STRUCTURED_DIFFERENCE}
-# Of the logarithm of the noise variance, in the median of the brightnesses that both pairs show.
+# Change of the log noise variance: median over the brightnesses that both pairs show.
 _OTHER_GAIN = 0.25
-_FEWEST_PAIRS, _FEWEST_SUMS = 100, 16  # of pixels, for a noise level; of noise levels
+_FEWEST_PAIRS, _FEWEST_SUMS = 100, 16  # pairs of pixels per noise level; noise levels
 
 
 class Outcome(Enum):
-    """What became of a frame; the value is what people are shown."""
+    """Outcome of adding a frame; people are shown the value."""
 
     FIRST = "nothing to compare it with"
     USED = "used"
     ANEW = "the noise changed, so all before is forgotten"
-    """Used, as the first of a new beginning."""
+    """The frame was used as the first after a restart."""
     MOVED = "something moved"
     LIGHT_CHANGED = "the light changed"
     REPEATED = "repeats the one before"
@@ -72,7 +74,7 @@ class _NoiseLevel(NamedTuple):
     deviation: Floats
 
     def differs(self, other: "_NoiseLevel") -> bool:
-        """Whether the noise is another at the brightnesses that both show."""
+        """Whether the noise differs at the brightnesses that both show."""
         both = np.minimum(self.pixels, other.pixels) >= _FEWEST_PAIRS
         both[[0, -1]] = False  # clipped
         if np.count_nonzero(both) < _FEWEST_SUMS:
@@ -83,30 +85,30 @@ class _NoiseLevel(NamedTuple):
 
 @dataclass(slots=True)
 class _Block:
-    """Pairs that are forgotten together."""
+    """Pairs that are dropped together."""
 
     first: int
     """Number of the first frame."""
     last: int
     noise: _NoiseLevel
-    """Of the first pair."""
+    """Noise of the first pair."""
     tables: dict[str, Cooccurrence]
     checks: list[PairCheck]
 
 
 class LiveEvidence:
-    """Level pairs of the latest frames of a camera; memory does not grow with their number.
+    """Level pairs of the latest frames of a camera, in constant memory.
 
-    Not to be used from several threads at once.
+    Not thread-safe.
 
     Parameters
     ----------
     channels : str
         "auto" (those of the frames), "rgb" or "luma".
     n_levels : int, optional
-        Levels are reduced to this many. Without, 256 or as many as the frames have.
+        Number of levels after reduction. By default 256 or as many as the frames have.
     window : int
-        Pairs that are kept, at most, and at least `LEAST`. A fifth is forgotten at a time.
+        Most pairs kept, at least `LEAST`. A fifth is dropped at a time.
 
     Raises
     ------
@@ -137,7 +139,7 @@ class LiveEvidence:
             raise ParameterError(msg)
         self.channels, self.n_levels, self.window = channels, n_levels, window
         self.outcomes: Counter[Outcome] = Counter()
-        """How many frames had each outcome."""
+        """Number of frames by outcome."""
         self.last: Frame | None = None
         """The latest frame."""
         self._planes: dict[str, Levels] = {}
@@ -145,22 +147,22 @@ class LiveEvidence:
 
     @property
     def n_frames(self) -> int:
-        """Frames that were added."""
+        """Number of frames added."""
         return self.outcomes.total()
 
     @property
     def n_used(self) -> int:
-        """Frames that were compared with the one before and counted, now forgotten or not."""
+        """Number of pairs counted, including those dropped since."""
         return sum(count for outcome, count in self.outcomes.items() if outcome.is_used)
 
     @property
     def n_kept(self) -> int:
-        """Pairs of frames that the evidence is of."""
+        """Number of pairs of frames in the evidence."""
         return sum(len(block.checks) for block in self._blocks)
 
     @property
     def account(self) -> str:
-        """What became of the frames, in words; why none is used, `evidence` says."""
+        """Outcomes of the frames in words; `evidence` raises if none is used."""
         anew = self.outcomes[Outcome.ANEW]
         parts = (
             f"{self.n_frames} frames, {self.n_used} pairs used",
@@ -179,13 +181,13 @@ class LiveEvidence:
         )
 
     def add(self, frame: Frame) -> Outcome:
-        """Compare a frame with the one before.
+        """Compare a frame with the previous one and count the pair.
 
         Parameters
         ----------
         frame : Frame
-            Of a file or made of an array: ``Frame(Path("camera"), levels)``. It is held until the
-            next one comes, so its levels must not change.
+            Frame from a file or an array: ``Frame(Path("camera"), levels)``. It is kept
+            until the next one arrives, so its levels must not change.
 
         Returns
         -------
@@ -194,10 +196,10 @@ class LiveEvidence:
         Raises
         ------
         UnfitFramesError
-            If its size, channels or bit depth are not those of the frames before, whose evidence
-            remains as it is.
+            If its size, channels or bit depth differ from those of the frames before;
+            the evidence stays as it is.
         ParameterError
-            If `channels` or `n_levels` does not suit the frame.
+            If `channels` or `n_levels` does not fit the frame.
         """
         outcome = self._compared(frame)
         self.outcomes[outcome] += 1
@@ -240,17 +242,17 @@ class LiveEvidence:
         return outcome
 
     def evidence(self) -> NoiseEvidence:
-        """Sum of what is kept.
+        """Sum of the tables kept.
 
         Returns
         -------
         NoiseEvidence
-            With one source; its remarks say how many frames were used.
+            Evidence with one source, whose remarks give the number of frames used.
 
         Raises
         ------
         UnfitFramesError
-            If there is nothing yet.
+            If there is no pair yet.
         """
         if self.last is None:
             msg = "there are no frames yet: connect the camera"
@@ -277,7 +279,7 @@ class LiveEvidence:
 
 
 def live_calibration(live: LiveEvidence) -> Calibration:
-    """Calibrate from the noise level of what is kept: milliseconds for each channel.
+    """Calibrate from the noise level of the pairs kept, in milliseconds per channel.
 
     Parameters
     ----------
@@ -286,12 +288,12 @@ def live_calibration(live: LiveEvidence) -> Calibration:
     Returns
     -------
     Calibration
-        By the method nlf.
+        Calibration by the method nlf.
 
     Raises
     ------
     UnfitFramesError
-        If nothing can be learned from what there is so far; the message says what to do.
+        If nothing can be learned from the frames so far; the message says what to do.
     """
     evidence = live.evidence()
     flags = screen(evidence.tables, evidence.checks)
@@ -318,31 +320,31 @@ def live_calibration(live: LiveEvidence) -> Calibration:
 
 
 def is_enough(live: LiveEvidence, calibration: Calibration, until: float = WORST_BAND) -> bool:
-    """Whether to stop and save: enough pairs, nothing grave, and a band of at most `until`.
+    """Whether to stop and save: enough pairs, no grave flag, a band of at most `until`.
 
     Parameters
     ----------
     live : LiveEvidence
     calibration : Calibration
-        Of it.
+        Calibration from `live`.
     until : float
-        Deviation of the light at white, see `chartless.result.verdict.band`.
+        Largest band, see `chartless.result.verdict.band`.
     """
     return not lacking(live, calibration, until)
 
 
 def lacking(live: LiveEvidence, calibration: Calibration, until: float = WORST_BAND) -> str:
-    """Say why it is not enough to stop and save, and whether more frames can help.
+    """Reason not to stop and save yet, and whether more frames can help.
 
     Parameters
     ----------
     live, calibration, until
-        As `is_enough` takes them.
+        As for `is_enough`.
 
     Returns
     -------
     str
-        Empty if it is enough.
+        Reason, empty if there is none.
     """
     known = band(calibration.channels)
     if live.n_kept < LEAST:

@@ -11,9 +11,9 @@ from chartless.types import Floats
 _EIGHT_BIT = 255.0
 
 TYPICAL_8BIT = (0.03, 15.0)
-"""U and V of the cameras of Takamatsu and Matsushita (2008), about which theirs are drawn."""
+"""U and V about which Takamatsu and Matsushita (2008) draw their cameras."""
 TYPICAL_SPREAD = 0.7
-"""Deviation of ln U and of ln V about them: a factor of two either way."""
+"""Standard deviation of ln U and of ln V: a factor of two either way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +23,9 @@ class AffineNoise:
     Parameters
     ----------
     slope : float
-        u ≥ 0, variance per irradiance: the photons' share. Unit: irradiance.
+        u ≥ 0, variance per irradiance, due to photons. Unit: irradiance.
     floor : float
-        v > 0, variance at black: the electronics' share. Unit: irradiance².
+        v > 0, variance at black, due to the electronics. Unit: irradiance².
 
     Raises
     ------
@@ -66,12 +66,13 @@ class AffineNoise:
 
     @classmethod
     def of_sensor(cls, electrons: float, read: float) -> "AffineNoise":
-        """Noise of photons and of reading, as data sheets give them.
+        """Noise from the capacity and the read noise that data sheets give.
 
         Parameters
         ----------
         electrons : float
-            At white: the saturation capacity at unit gain, fewer at higher gain.
+            Electrons at white: the saturation capacity at unit gain, fewer at higher
+            gain.
         read : float
             Standard deviation in the dark, in electrons.
 
@@ -111,25 +112,25 @@ class AffineNoise:
 
 @dataclass(frozen=True, slots=True)
 class NoiseError:
-    """How sure the noise parameters are."""
+    """Uncertainty of the noise parameters."""
 
     log_slope: float
-    """Deviation of ln u, so about the relative error of u."""
+    """Standard deviation of ln u, about the relative error of u."""
     log_floor: float
-    """Deviation of ln v."""
+    """Standard deviation of ln v."""
     correlation: float
     """Correlation of ln u and ln v."""
 
     @classmethod
     def from_covariance(cls, covariance: Floats) -> "NoiseError":
-        """Errors of a covariance of (ln u, ln v), shape (2, 2)."""
+        """Errors from the covariance of (ln u, ln v), shape (2, 2)."""
         slope, floor = np.sqrt(np.diag(covariance))
         return cls(float(slope), float(floor), float(covariance[0, 1] / (slope * floor)))
 
 
 @dataclass(frozen=True, slots=True)
 class NoisePrior:
-    """What is known of the noise before any picture: (ln u, ln v) is normally distributed.
+    """Prior of the noise before any picture is seen: (ln u, ln v) is normal.
 
     Parameters
     ----------
@@ -138,7 +139,7 @@ class NoisePrior:
     spread : (float, float)
         Standard deviations of ln u and ln v, above 0.
     correlation : float
-        Of ln u and ln v, between -1 and 1.
+        Correlation of ln u and ln v, between -1 and 1.
 
     Raises
     ------
@@ -166,7 +167,9 @@ class NoisePrior:
     def of_ratio(
         cls, slope: float, slope_spread: float, ratio: float, ratio_spread: float
     ) -> "NoisePrior":
-        """Prior in which u and r = u/v are independent, from medians and deviations of ln.
+        """Prior with independent u and r = u/v, from medians and spreads.
+
+        Spreads are standard deviations of ln u and ln r.
 
         Raises
         ------
@@ -183,15 +186,15 @@ class NoisePrior:
 
     @classmethod
     def of_sensor(cls, electrons: float, read: float, *, factor: float = 2.0) -> "NoisePrior":
-        """Prior about the noise of a known sensor, see `AffineNoise.of_sensor`.
+        """Prior centred on the noise of a known sensor.
 
         Parameters
         ----------
         electrons, read
             As for `AffineNoise.of_sensor`.
         factor : float
-            By which u, and u/v, may be larger or smaller (one standard deviation), above 1: gain
-            and tone curve change both.
+            Factor by which u and u/v may be larger or smaller (one standard deviation),
+            above 1: gain and tone curve change both.
         """
         if not 1 < factor < np.inf:
             msg = f"the factor of a noise prior lies above 1, not {factor!r}"
@@ -223,6 +226,6 @@ class NoisePrior:
 
 
 CAMERAS_OF_2008 = NoisePrior(AffineNoise.from_8bit(*TYPICAL_8BIT), (TYPICAL_SPREAD, TYPICAL_SPREAD))
-"""Cameras as the noise experiment draws them: noise hardly grows with light (r = 0.5)."""
+"""Prior of the noise experiment: noise hardly grows with light (r = 0.5)."""
 SENSORS = NoisePrior.of_ratio(slope=1e-4, slope_spread=2.0, ratio=50.0, ratio_spread=2.0)
-"""Sensors as they are: photons dominate where there is light."""
+"""Prior of real sensors: photon noise dominates where there is light."""

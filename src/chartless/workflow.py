@@ -1,4 +1,4 @@
-"""From frames to a calibration in one call: what the command line and scripts use."""
+"""From frames to a calibration in one call, for the command line and for scripts."""
 
 import os
 from collections.abc import Collection, Mapping, Sequence
@@ -30,7 +30,7 @@ from chartless.result.provenance import provenance
 from chartless.result.response import Response
 from chartless.types import JsonObject, Levels
 
-_MOST_TOGETHER = 256  # levels at which kinds of evidence are put together
+_MOST_TOGETHER = 256  # levels at which kinds of evidence are combined
 DEFAULT_METHOD = "likelihood"
 
 
@@ -50,66 +50,70 @@ def calibrate(
     progress: Progress | None = None,
     **options: Any,  # noqa: ANN401 - each kind of evidence and each method checks its own
 ) -> Calibration:
-    """Calibrate a camera from frames of one still scene, of one exposure or of several.
+    """Calibrate a camera from frames of one still scene, at one exposure or several.
 
-    Frames of one exposure are compared for their noise, exposures for their levels; where an
-    exposure of several is repeated, both are used. EXIF or `times` decide which it is. With `raw`,
-    frames are compared with the raw files of the same shots, and scenes may differ.
+    Frames of one exposure are compared for their noise, frames of different exposures
+    for their levels; where one of several exposures is repeated, both are used. EXIF or
+    `times` decide. With `raw`, frames are compared with the raw files of the same
+    shots, and scenes may differ.
 
     Parameters
     ----------
     frames : sequence of paths or of ndarray of uint8 or uint16
-        Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files are
-        read in order; two are in memory at a time, and two more that are decoded ahead.
-        Or one video, ``["clip.mp4"]``, of which the longest still part is used (see
-        `chartless.evidence.noise.still`). An array of shape (K, M, N) or (K, M, N, 3) is a sequence
-        of K frames. None are needed where `points` are given.
+        Two or more pictures, as files or as arrays of shape (M, N) or (M, N, 3). Files
+        are read in order; two are in memory at a time, and two more that are decoded
+        ahead. Or one video, ``["clip.mp4"]``, whose longest still part is used (see
+        `chartless.evidence.noise.still`). An array of shape (K, M, N) or (K, M, N, 3)
+        is a sequence of K frames. Not needed if `points` are given.
     model : str, optional
-        Family of curves, a name in `chartless.MODELS`. Without, what the method takes: any
-        curve at all (likelihood, nlf) or ameegc2-exact (ism-bin, ism-sampled).
+        Family of curves, a name in `chartless.MODELS`. The default depends on the
+        method: a free curve (likelihood, nlf) or ameegc2-exact (ism-bin, ism-sampled).
     method : str or AbstractCalibrator, optional
-        A name in `chartless.CALIBRATORS`, or a calibrator that has its model and settings already.
-        Without, likelihood.
+        A name in `chartless.CALIBRATORS`, or a calibrator with its model and settings.
+        By default likelihood.
     channels : str
         "auto" (those of the frames, luma of a video), "rgb" or "luma".
     n_levels : int, optional
-        Levels are reduced to this many before they are counted. Without, 256 or as many as there
-        are, 220 in most videos.
+        Number of levels after reduction, before counting. By default 256 or as many as
+        there are, 220 in most videos.
     mask : path or ndarray of bool, shape (M, N), optional
         Pixels to use: True, or not black in the picture.
     evidence : str or sequence of str
-        "auto" (what there is), or kinds of evidence by name, such as "noise", "bracket" or
-        "raw,bracket"; "both" is short for "noise,bracket". `chartless.plan` says what there is.
+        "auto" (whatever the frames hold), or kinds of evidence by name, such as
+        "noise", "bracket" or "raw,bracket"; "both" is short for "noise,bracket".
+        `chartless.plan` lists what the frames hold.
     times : sequence of float or of str or "unknown", optional
-        Relative exposure of each frame, instead of what EXIF says. Where ratios are unknown, a
-        name for each exposure, such as ``list("abbc")``; "unknown" if all exposures differ.
+        Relative exposure of each frame, instead of EXIF. Where ratios are unknown, a
+        name for each exposure, such as ``list("abbc")``; "unknown" if all exposures
+        differ.
     time_error : float, optional
-        Relative error of the exposures; without, 0 for `times`, 2 % for EXIF.
+        Relative error of the exposures; by default 0 for `times`, 2 % for EXIF.
     jobs : int
-        Processes that read files. The result does not depend on it.
+        Number of processes that read files. It does not affect the result.
     scheduler : str, optional
-        Address of a Dask scheduler on whose workers files are read instead, such as
-        ``tcp://host:8786``; they must see the files under the same names.
+        Address of a Dask scheduler, such as ``tcp://host:8786``, whose workers read the
+        files instead; they must see them under the same names.
     progress : callable, optional
     **options
-        Options of kinds of evidence: ``dark`` (noise: frames with the lens covered), ``aligned``
-        and ``bloom_radius`` (bracket), ``raw`` (raw: the raw file of each frame), ``points`` (a
-        table of measured points); the module ``options`` of each kind describes them. And settings
-        of the method, such as ``rounds=30`` or, of likelihood, ``shared_noise=True``.
+        Options of kinds of evidence: ``dark`` (noise: frames with the lens covered),
+        ``aligned`` and ``bloom_radius`` (bracket), ``raw`` (raw: the raw file of each
+        frame), ``points`` (a table of measured points); see the module ``options`` of
+        each kind. Also settings of the method, such as ``rounds=30`` or, for
+        likelihood, ``shared_noise=True``.
 
     Returns
     -------
     Calibration
-        With a flag for each doubt about frames or result.
+        Calibration with a flag for each doubt about frames or result.
 
     Raises
     ------
     ImageError
         If a picture cannot be read.
     UnfitFramesError
-        If no response can be read out of these frames.
+        If no response can be estimated from these frames.
     UnknownNameError, ParameterError
-        If a name or a setting is no good, or the scheduler does not answer.
+        If a name or a setting is invalid, or the scheduler does not answer.
     WorkerError
         If a process that read files was killed.
 
@@ -197,9 +201,9 @@ def plan(
     time_error: float | None = None,
     **options: Any,  # noqa: ANN401 - as for `calibrate`
 ) -> Plan:
-    """Say which kinds of evidence frames hold, and which of them `calibrate` would read.
+    """Find the kinds of evidence in frames, and those that `calibrate` would use.
 
-    No pixel is read: names, EXIF and what is given decide.
+    No pixels are read: names, EXIF and the arguments decide.
 
     Parameters
     ----------
@@ -213,7 +217,7 @@ def plan(
     Raises
     ------
     ImageError, UnfitFramesError, UnknownNameError, ParameterError
-        As `calibrate` does, if these frames could not be calibrated from.
+        As for `calibrate`, if it could not use these frames.
     """
     task = _Task.of(
         frames,
@@ -230,26 +234,26 @@ def plan(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Read:
-    """What was read from the frames."""
+    """Evidence read from the frames."""
 
     evidence: tuple[AbstractEvidence, ...]
     flags: Mapping[str, tuple[Flag, ...]]
-    """Doubts about each channel, by its name."""
+    """Flags by channel name."""
     sources: tuple[FrameSource, ...]
     remarks: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Task:
-    """What is to be read from which frames, and who estimates from it."""
+    """Frames, the evidence to read from them and the method that uses it."""
 
     inputs: Inputs
     options: Mapping[str, Any]
-    """Options of each kind of evidence, by its name."""
+    """Options by kind of evidence."""
     plan: Plan
     calibrator: AbstractCalibrator
     given: Mapping[str, object]
-    """Options that are not as usual, by name."""
+    """Options that differ from their defaults, by name."""
 
     @classmethod
     def of(
@@ -263,7 +267,7 @@ class _Task:
         time_error: float | None,
         options: Mapping[str, Any],
     ) -> "_Task":
-        """Sort what a user gave, and plan."""
+        """Sort the arguments of a user, and plan."""
         items = tuple(listed("frames", frames))
         usual = {name: default for kind in KINDS.values() for name, default in kind.usual.items()}
         options = {
@@ -308,7 +312,7 @@ class _Task:
         return cls(inputs, of_kinds, chosen, calibrator, given)
 
     def refuse_unused(self, **arguments: bool) -> None:
-        """Refuse what has no effect."""
+        """Refuse arguments without effect."""
         kinds = {name: KINDS[name] for name in self.plan.kinds}
         used = {each for kind in kinds.values() for each in kind.usual}
         idle = [name for name in self.given if name not in used]
@@ -328,7 +332,7 @@ class _Task:
             raise ParameterError(msg)
 
     def read(self, reader: Reader) -> _Read:
-        """Read what was planned, and screen it."""
+        """Read the planned evidence, and screen it."""
         evidence: list[AbstractEvidence] = []
         flags: dict[str, tuple[Flag, ...]] = {}
         remarks: list[str] = []
@@ -336,7 +340,7 @@ class _Task:
         for proposal in self.plan.taken:
             kind, options = KINDS[proposal.kind], self.options[proposal.kind]
             found = kind.gathered(self.inputs, proposal, options, reader)
-            if not evidence:  # what follows has as many levels as the frames
+            if not evidence:  # later kinds get as many levels as the frames
                 levels = found.channel(found.channels[0]).n_levels
                 reader = replace(reader, n_levels=levels)
             for name, own in kind.screened(found, alone=alone).items():
@@ -350,7 +354,7 @@ class _Task:
         return _Read(tuple(evidence), flags, tuple(sources.values()), tuple(remarks))
 
     def readings(self, read: _Read, responses: Sequence[Response]) -> tuple[Reading, ...]:
-        """What was read of each kind, for those who look at the result."""
+        """Account of the evidence read, by kind, for reports."""
         places = {(each.path, each.sha256): n for n, each in enumerate(read.sources)}
 
         def place(source: FrameSource) -> int:
@@ -377,19 +381,19 @@ class _Task:
 
 
 def _in_use(calibrator: AbstractCalibrator, kinds: Collection[str]) -> JsonObject:
-    """Settings of a method but for those that changed nothing."""
+    """Settings of a method except those without effect."""
     idle = calibrator.idle_settings(kinds)
     return {name: value for name, value in calibrator.settings.items() if name not in idle}
 
 
 def _is_scalable(response: Response) -> bool:
-    """Whether all that is kept of the evidence can be given at other levels than were compared."""
+    """Whether all records of the evidence can be converted to other levels."""
     records = [each.record for each in response.accounts if each.record is not None]
     return all(record.at_levels(response.n_levels) is not None for record in records)
 
 
 def _as_text(value: object) -> Any:  # noqa: ANN401 - JSON
-    """An option as the file keeps it: arrays have no name."""
+    """Option as stored in the file; an array has no name."""
     if isinstance(value, np.ndarray):
         return "array"
     if isinstance(value, os.PathLike):
@@ -400,7 +404,7 @@ def _as_text(value: object) -> Any:  # noqa: ANN401 - JSON
 
 
 def _left_out(sources: Sequence[FrameSource]) -> list[str]:
-    """Remark that frames were given and not read."""
+    """Remark on frames that were given but not read, if any."""
     n_unread = sum(source.n_used == 0 for source in sources)
     if not n_unread:
         return []

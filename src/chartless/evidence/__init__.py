@@ -1,7 +1,8 @@
-"""What frames show of a camera, by kind; a folder here for each.
+"""Evidence about a camera in its frames, one folder for each kind.
 
-A new kind is a folder with the modules ``kind`` and ``options``, and its name in `FOLDERS`.
+To add a kind, add a folder with the modules ``kind`` and ``options``, and its name to
+`FOLDERS`.
 """
 
 FOLDERS = ("raw", "bracket", "points", "noise")
-"""Kinds of evidence, in the order in which they are asked."""
+"""Kinds of evidence, in the order in which they are considered."""

@@ -1,4 +1,4 @@
-"""What two consecutive frames have in common besides the scene."""
+"""Differences of two consecutive frames other than noise."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _BLOCK, _BAND, _ENOUGH = 16, 32, 1 << 19  # pixels: patch, rows in a band, all b
 
 @dataclass(frozen=True, slots=True)
 class PairCheck:
-    """What two consecutive frames have in common besides the scene; one channel.
+    """Differences of two consecutive frames other than noise, in one channel.
 
     Shares refer to the mean squared difference of the frames.
     """
@@ -24,11 +24,11 @@ class PairCheck:
     displacement_share: float
     """Share explained by that shift."""
     patch_share: float
-    """Share that lives in patches of 16 × 16 pixels and larger; pixel noise has none."""
+    """Share in patches of 16 × 16 pixels and larger; pixel noise has none."""
     neighbour_correlation: float
     """Correlation of the difference between neighbouring pixels, mean of both directions."""
     channel_correlation: float = 0.0
-    """Correlation of the difference between channels, the largest without its sign."""
+    """Largest absolute correlation of the difference between channels."""
     outliers: float = 0.0
     """Share of pixels that changed far more than noise explains."""
     drift: float = 0.0
@@ -38,7 +38,7 @@ class PairCheck:
     resemblance: float = 1.0
     """Correlation of the levels of the frames, see `resemblance`."""
     one_scene: bool = True
-    """Whether the frames show one scene; only looked at if they are unfit otherwise."""
+    """Whether the frames show one scene; only checked if they are unfit otherwise."""
 
 
 def check_pair(
@@ -58,13 +58,14 @@ def check_pair(
     mask : ndarray of bool, shape (M, N), optional
         Pixels outside it count as unchanged.
     drift : ndarray, shape (2L − 1,), optional
-        Change of brightness by the sum of the levels, which is taken off the difference.
+        Change of brightness by the sum of the levels, which is subtracted from the
+        difference.
     outlying : ndarray of bool, shape (L, L), optional
         Pairs of levels that count as unchanged, except for the displacement: where a shift
         is seen best, at edges, it looks like an outlier.
     follows : ndarray of uint16, shape (L,), optional
-        Level of the second frame, of another exposure, that follows each level of the first;
-        pixels black or white in either count as unchanged.
+        Level of the second frame, of another exposure, that corresponds to each level
+        of the first; pixels black or white in either count as unchanged.
     """
     scene, later = _bands(first), _bands(second)
     difference = later - scene
@@ -106,22 +107,22 @@ def check_pair(
 def channel_correlation(
     first: Sequence[Levels], second: Sequence[Levels], mask: Bools | None = None
 ) -> float:
-    """Correlation of the noise between channels: the largest of all pairs, without its sign.
+    """Largest absolute correlation of the noise between channels.
 
-    Of the difference of the frames between one pixel and the next, so that a change of
-    brightness or a large thing that moved has little part in it.
+    The frame difference is itself differenced between neighbouring pixels, so that a
+    change of brightness or a large moving object has little effect.
 
     Parameters
     ----------
     first, second : sequence of ndarray of uint8 or uint16, shape (M, N)
-        The channels of either frame.
+        Channels of each frame.
     mask : ndarray of bool, shape (M, N), optional
         Pixels outside it count as unchanged.
 
     Returns
     -------
     float
-        0 … 1; 0 of a single channel.
+        0 … 1; 0 for a single channel.
     """
     noise = []
     for one, other in zip(first, second, strict=True):
@@ -138,9 +139,10 @@ def channel_correlation(
 
 
 def _bands(frame: Levels | npt.NDArray[np.bool_]) -> Floats32:
-    """Bands of 32 rows, evenly spread, of at most half a million pixels: shape (B, 32, N).
+    """Evenly spaced bands of 32 rows, at most half a million pixels: (B, 32, N).
 
-    Enough for every measure here, and reading a large frame is not slowed by checking it.
+    They suffice for every measure here, and checks do not slow the reading of large
+    frames.
     """
     rows, columns = frame.shape
     height = min(_BAND, rows)
@@ -152,7 +154,7 @@ def _bands(frame: Levels | npt.NDArray[np.bool_]) -> Floats32:
 
 
 def _dot(a: Floats32, b: Floats32) -> float:
-    return float(np.einsum("bmn,bmn->", a, b))  # of slices too, without a copy
+    return float(np.einsum("bmn,bmn->", a, b))  # works on slices, without a copy
 
 
 def _patch_share(difference: Floats32, energy: float) -> float:

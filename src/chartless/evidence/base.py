@@ -1,8 +1,8 @@
-"""What every kind of evidence promises: of all channels as it is read, and of one as it is fitted.
+"""Interfaces of evidence: all channels as read, and one channel as fitted.
 
-A kind of evidence is a folder. Frames are read into an `AbstractEvidence`, which hands out what it
-has of each channel, an `AbstractChannelEvidence`. That gives a term of the likelihood and, after
-the search, says what the search means for it.
+Each kind of evidence is a folder. Frames are read into an `AbstractEvidence`, which
+provides an `AbstractChannelEvidence` for each channel. That supplies a term of the
+likelihood and, after the search, judges the result.
 """
 
 from abc import ABC, abstractmethod
@@ -27,21 +27,21 @@ class Guess(NamedTuple):
     edges: Floats
     """Shape (L − 1,)."""
     values: Values
-    """Own unknowns that go with it, by block."""
+    """Own unknowns for this curve, by block."""
 
 
 class Judgement(NamedTuple):
-    """What a search means for one kind of evidence in one channel."""
+    """Result of a search for one kind of evidence in one channel."""
 
     estimate: CurveEstimate
-    """With bands that hold what this kind is known to leave out."""
+    """Estimate, with bands that include the known unmodelled errors of this kind."""
     flags: tuple[Flag, ...]
     accounts: tuple[Account, ...]
-    """What each kind says besides the curve, at most one of each."""
+    """Results of each kind besides the curve, at most one account of each."""
 
 
 class AbstractChannelEvidence(ABC):
-    """Evidence of one kind in one channel, counted."""
+    """Counted evidence of one kind in one channel."""
 
     kind: ClassVar[str]
     """Name of the kind, as users write it."""
@@ -49,59 +49,62 @@ class AbstractChannelEvidence(ABC):
     @property
     @abstractmethod
     def n_levels(self) -> int:
-        """L."""
+        """Number of levels L."""
 
     @property
     @abstractmethod
     def observed_levels(self) -> tuple[int, int]:
-        """Lowest and highest level seen."""
+        """Lowest and highest level observed."""
 
     @property
     @abstractmethod
     def n_pixels(self) -> int:
-        """Pixels, pairs of them or blocks that were compared."""
+        """Number of pixels, pixel pairs or blocks compared."""
 
 
 class AbstractCurveEvidence(AbstractChannelEvidence):
     """Evidence that determines the curve without knowledge of the noise of frames."""
 
     compares_families: ClassVar[bool] = True
-    """Whether its likelihood is the same for all families, not weighted by how one of them fits."""
+    """Whether the likelihood is the same for all families, whatever the fit of any
+    one."""
     shows_shoulder: ClassVar[bool] = False
-    """Whether it shows all levels but the last, so that the prior may let shoulders be hard."""
+    """Whether all levels but the last are observed, so that the prior may allow hard
+    shoulders."""
 
     @property
     def tells_exponent(self) -> bool:
-        """Whether it distinguishes a curve f from its powers f^γ."""
+        """Whether the evidence distinguishes a curve f from its powers f^γ."""
         return True
 
     @property
     def is_settled(self) -> bool:
-        """Whether no first search is needed to settle what channels share."""
+        """Whether unknowns shared by channels need no first search."""
         return True
 
     def guess(self, prior: CurvePrior) -> Guess | None:
-        """Return a first curve that is better than the mean of the prior; None if there is none."""
+        """Return a first curve better than the mean of the prior, or None."""
         del prior
         return None
 
     @abstractmethod
     def term(self, channel: str, *, noise_known: bool) -> AbstractTerm:
-        """Term of the likelihood.
+        """Return the term of the likelihood.
 
         Parameters
         ----------
         channel : str
         noise_known : bool
-            Whether the same search has level pairs of one exposure, which determine the noise.
+            Whether the same search includes level pairs of one exposure, which
+            determine the noise.
         """
 
     @abstractmethod
     def start(self, channel: str, edges: Floats) -> Values:
-        """Own unknowns at which a search begins, by block, for a first curve."""
+        """Return the own unknowns from which to start at a first curve, by block."""
 
     def settled_by(self, found: ChannelMode, *, noise_known: bool) -> Self:
-        """Return the evidence as a first search of all channels asks for; itself if it is the same.
+        """Return the evidence updated by a first search of all channels, or itself.
 
         Parameters
         ----------
@@ -114,14 +117,14 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
 
     @abstractmethod
     def judged(self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm) -> Judgement:
-        """Say what the search found.
+        """Judge the result of a search.
 
         Parameters
         ----------
         estimate : CurveEstimate
         found : ChannelMode
         term : AbstractTerm
-            That of this evidence, as the search used it.
+            Term of this evidence, as the search used it.
         """
 
 
@@ -130,17 +133,17 @@ E = TypeVar("E", bound=AbstractChannelEvidence)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChannelEvidence:
-    """All that there is of one channel, at most one part of each kind."""
+    """All evidence of one channel, at most one part of each kind."""
 
     channel: str
     parts: tuple[AbstractChannelEvidence, ...]
 
     def get(self, kind: type[E]) -> E | None:
-        """Part of a kind; None if there is none."""
+        """Return the part of a kind, or None if there is none."""
         return next((part for part in self.parts if isinstance(part, kind)), None)
 
     def __getitem__(self, kind: type[E]) -> E:
-        """Part of a kind that is known to be there."""
+        """Return the part of a kind that is known to exist."""
         found = self.get(kind)
         if found is None:
             msg = f"no {kind.__name__} of channel {self.channel}"
@@ -154,12 +157,12 @@ class ChannelEvidence:
 
 
 class AbstractEvidence(ABC):
-    """Evidence of one kind in all channels, as it was read."""
+    """Evidence of one kind in all channels, as read."""
 
     sources: tuple[FrameSource, ...]
-    """Files and arrays that it is from."""
+    """Files and arrays that were read."""
     bit_depth: int
-    """Of the frames as read."""
+    """Bit depth of the frames as read."""
 
     @property
     @abstractmethod
@@ -168,11 +171,11 @@ class AbstractEvidence(ABC):
 
     @abstractmethod
     def channel(self, name: str) -> AbstractChannelEvidence:
-        """Evidence of one channel."""
+        """Return the evidence of one channel."""
 
 
 def by_channel(evidence: Sequence[AbstractEvidence]) -> dict[str, ChannelEvidence]:
-    """What all kinds have of each channel."""
+    """Group the evidence of all kinds by channel."""
     return {
         name: ChannelEvidence(name, tuple(each.channel(name) for each in evidence))
         for name in evidence[0].channels

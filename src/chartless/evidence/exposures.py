@@ -1,4 +1,4 @@
-"""Exposures of frames: as given, as the camera noted them, or unknown.
+"""Exposures of frames: as given, as recorded by the camera, or unknown.
 
 They are known before a pixel is read, and decide which kinds of evidence frames hold.
 """
@@ -18,24 +18,25 @@ from chartless.frames.frame import CameraSettings
 from chartless.types import Floats
 
 UNKNOWN = "unknown"
-"""For times, instead of numbers."""
+"""Value of `times` for unknown exposures."""
 EXIF_ERROR = 0.02
-"""Relative error of exposures that a camera notes: shutters and apertures are as good as that."""
+"""Relative error of exposures recorded by a camera, the accuracy of shutters and
+apertures."""
 UNKNOWN_ERROR = 1.5
 """Deviation of ln t where nothing is known: a factor of four or five either way."""
 LEAST_EXPOSURE, MOST_EXPOSURE = 1e-18, 1e18
-"""Limits of an exposure. Radiance is irradiance over exposure, in single precision, which ends at
-10⁻³⁸ and 10³⁸; files of Radiance HDR write 0 below 10⁻³². Within these limits ten digits of
-irradiance fit. Cameras note t · ISO/N² between 10⁻⁸ and 10¹⁰."""
+"""Limits of an exposure. Radiance is irradiance over exposure, in single precision,
+which ends at 10⁻³⁸ and 10³⁸; files of Radiance HDR write 0 below 10⁻³². Within these
+limits ten digits of irradiance fit. Cameras record t · ISO/N² between 10⁻⁸ and 10¹⁰."""
 MOST_RATIO = 2.0**64
-"""Of the longest exposure to the shortest. Weights in a merged picture go by the square of the
-exposure, and must not vanish in single precision. The sun and what starlight shows are 44 stops
-apart."""
+"""Largest ratio of two exposures. Weights in a merged picture are proportional to the
+square of the exposure, and must not vanish in single precision. The sun and a starlit
+scene are 44 stops apart."""
 MOST_ERROR = 10.0
-"""Of the relative error of exposures: more than `UNKNOWN_ERROR` says nothing else, and the
-likelihood's matrices lose their digits at 10⁸."""
-_EXACT = 1e-6  # relative error of exposures that is none
-_DISAGREE = 0.5  # stops between those given and EXIF
+"""Largest relative error of exposures: more than `UNKNOWN_ERROR` makes no difference,
+and the matrices of the likelihood lose their digits at 10⁸."""
+_EXACT = 1e-6  # relative error below which exposures are exact
+_DISAGREE = 0.5  # stops between times given and EXIF
 
 
 Groups: TypeAlias = tuple[tuple[int, ...], ...]
@@ -49,17 +50,17 @@ class Exposures:
     """Exposures of frames."""
 
     groups: Groups
-    """Numbers of the frames of each exposure, from the shortest; of unknown exposures in the order
-    of their first frames."""
+    """Numbers of the frames of each exposure, from the shortest; unknown exposures are
+    in the order of their first frames."""
     log_exposures: Floats | None
     """ln t of each group; None if unknown."""
     error: float
-    """Deviation of each."""
+    """Deviation of each ln t."""
     source: str
-    """Where they are from, for messages."""
+    """Source of the exposures, for messages."""
 
     def __str__(self) -> str:
-        """Such as "a bracket of 3 exposures, 1 to 16 by EXIF"."""
+        """Return text such as "a bracket of 3 exposures, 1 to 16 by EXIF"."""
         told = f"a bracket of {len(self.groups)} exposures"
         if self.log_exposures is None:
             return f"{told}, their ratios unknown"
@@ -67,17 +68,17 @@ class Exposures:
 
     @property
     def repeated(self) -> Groups:
-        """Groups of two frames and more."""
+        """Groups of two or more frames."""
         return tuple(group for group in self.groups if len(group) > 1)
 
 
 def parsed_times(parts: Sequence[str]) -> list[float] | list[str] | str:
-    """Exposures from texts: numbers, fractions such as 1/30, names, or the one word unknown.
+    """Parse exposures: numbers, fractions such as 1/30, names, or the word unknown.
 
     Raises
     ------
     ParameterError
-        If they are neither.
+        If they are none of these.
     """
     parts = [part.strip() for part in parts]
     if parts == [UNKNOWN]:
@@ -103,31 +104,31 @@ def exposures_of(
     time_error: float | None = None,
     checked: bool = True,
 ) -> Exposures | None:
-    """Exposures of frames, as given or as the camera noted them.
+    """Return the exposures of frames, as given or as recorded by the camera.
 
     Parameters
     ----------
     names : sequence of Path
-        Of the frames, for messages.
+        Names of the frames, for messages.
     settings : sequence of CameraSettings
     times : sequence of float or of str or "unknown", optional
-        Relative exposure of each frame. Where the ratios are unknown, names for the exposures, the
-        same for frames of the same one; "unknown" if all differ.
+        Relative exposure of each frame. Where the ratios are unknown, names of the
+        exposures, equal for frames of the same exposure; "unknown" if all differ.
     time_error : float, optional
-        Relative error of the exposures, at most `MOST_ERROR`; without, 0 for `times` and
-        `EXIF_ERROR` for EXIF. Unknown exposures have none.
+        Relative error of the exposures, at most `MOST_ERROR`; by default 0 for `times`
+        and `EXIF_ERROR` for EXIF. Not allowed for unknown exposures.
     checked : bool
         Whether `times` must agree with EXIF.
 
     Returns
     -------
     Exposures or None
-        None if neither `times` nor the files tell them.
+        None if neither `times` nor the files give them.
 
     Raises
     ------
     ParameterError
-        If a setting has no meaning or contradicts the files.
+        If a setting is invalid or contradicts the files.
     """
     time_error = _checked_error(time_error)
     times = _plain(times)
@@ -152,7 +153,7 @@ def exposures_of(
 
 
 def _labels(times: Times, n_frames: int) -> list[str] | None:
-    """Names of the exposures where these are unknown; None if times are numbers."""
+    """Names of the exposures if these are unknown; None if times are numbers."""
     if times == UNKNOWN:
         return [str(place) for place in range(n_frames)]
     if times is None or isinstance(times, str):
@@ -167,7 +168,7 @@ def _labels(times: Times, n_frames: int) -> list[str] | None:
 
 
 def _labelled(labels: Sequence[str]) -> Groups:
-    """Frames of one name, in the order of their first frames."""
+    """Group frames by name, in the order of their first frames."""
     groups: dict[str, list[int]] = {}
     for place, label in enumerate(labels):
         groups.setdefault(label, []).append(place)
@@ -175,7 +176,7 @@ def _labelled(labels: Sequence[str]) -> Groups:
 
 
 def _require_known(time_error: float | None) -> None:
-    """Refuse an error of exposures that are unknown."""
+    """Refuse `time_error` for unknown exposures."""
     if time_error is not None:
         msg = (
             "`time_error` says how far known exposures may be off, and these are unknown: give "
@@ -197,7 +198,7 @@ def _checked_error(time_error: float | None) -> float | None:
 
 
 def _plain(times: object) -> Times:
-    """Times as a list of numbers or of names, also those of an array; text and None as they are."""
+    """Convert times to a list of numbers or names; leave text and None unchanged."""
     if times is None or isinstance(times, str):
         return times
     listed = times.tolist() if isinstance(times, np.ndarray) else times
@@ -210,13 +211,14 @@ def _plain(times: object) -> Times:
 
 
 def noted_exposures(settings: Sequence[CameraSettings]) -> list[float] | None:
-    """Exposure of each frame by EXIF, up to a factor; None if a file does not tell it.
+    """Exposure of each frame by EXIF, up to a factor; None if a file lacks it.
 
-    It is t · ISO/N² if all files tell the three, and the time t alone where files tell no more.
+    It is t · ISO/N² if all files record the three, and the time t alone if none records
+    more.
     """
     exposures = [each.exposure for each in settings]
     if all(each is None for each in exposures):
-        # Older cameras and edited files keep the time alone.
+        # Older cameras and edited files record the time alone.
         alike = {(each.f_number, each.iso) for each in settings}
         exposures = [each.exposure_time for each in settings] if len(alike) == 1 else exposures
     known = [each for each in exposures if each is not None]
@@ -237,7 +239,7 @@ def require_exposures(exposures: Floats, names: Sequence[str]) -> None:
     ----------
     exposures : ndarray, shape (K,)
     names : sequence of str
-        What each is called in messages.
+        Name of each exposure in messages.
 
     Raises
     ------
@@ -273,7 +275,7 @@ def _require_one_each(n_times: int, n_frames: int) -> None:
 
 def _require_agreement(names: Sequence[Path], given: Floats, noted: Floats) -> None:
     apart = np.log2(given / given[0]) - np.log2(noted / noted[0])
-    apart -= np.sort(apart)[apart.size // 2]  # of two frames no mean: each would be half as far
+    apart -= np.sort(apart)[apart.size // 2]  # a mean of two would halve the distance
     worst = int(np.abs(apart).argmax())
     if abs(apart[worst]) > _DISAGREE:
         msg = (
@@ -284,7 +286,7 @@ def _require_agreement(names: Sequence[Path], given: Floats, noted: Floats) -> N
 
 
 def _grouped(log_exposures: Floats) -> tuple[Groups, Floats]:
-    """Frames of one exposure, from the shortest, and ln t of each group."""
+    """Group frames by exposure, from the shortest; return groups and ln t of each."""
     groups: list[list[int]] = []
     for place in np.argsort(log_exposures, kind="stable"):
         step = math.inf

@@ -1,7 +1,8 @@
-"""What a folder of evidence registers: it proposes itself, gathers, and screens what it gathered.
+"""Interface of a kind of evidence: it proposes, gathers and screens evidence.
 
-What plans, reads, saves and shows knows the registry `chartless.evidence.registry.KINDS` and no
-kind. To add one takes a folder with a module ``kind`` and a line there.
+Code that plans, reads, saves or displays uses only the registry
+`chartless.evidence.registry.KINDS` and names no kind. See `chartless.evidence` for how
+to add one.
 """
 
 from abc import ABC, abstractmethod
@@ -23,23 +24,23 @@ from chartless.types import JsonObject
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """What is known of the frames before a pixel is read."""
+    """Information about the frames before a pixel is read."""
 
     items: tuple[Item, ...]
-    """Files and arrays, in their order."""
+    """Files and arrays, in the order given."""
     names: tuple[Path, ...]
-    """Of the frames, for messages."""
+    """Names of the frames, for messages."""
     exposures: Exposures | None
-    """None if neither the user nor the files tell them."""
+    """Exposures; None if neither the user nor the files give them."""
     times_given: bool = False
-    """Whether they are the user's."""
+    """Whether the user gave the exposures."""
     asked: frozenset[str] = frozenset()
-    """Kinds that the user asked for by name; empty if those are to be taken that there are."""
+    """Kinds requested by name; empty to use those available."""
     others: tuple["Proposal", ...] = ()
-    """Proposals of the kinds that were asked before, in the order of the registry."""
+    """Proposals of the kinds considered before, in the order of the registry."""
 
     def sure_of(self, kind: str) -> bool:
-        """Whether a kind that was asked before is sure of these frames."""
+        """Whether a kind considered before has a sure proposal."""
         return any(each.kind == kind and each.sure for each in self.others)
 
 
@@ -48,21 +49,21 @@ class Proposal(NamedTuple):
 
     kind: str
     sentence: str
-    """What would be read, without a full stop."""
+    """Description of what would be read, without a full stop."""
     groups: Groups
-    """Numbers of the frames that would be read, divided as the kind needs them."""
+    """Numbers of the frames that would be read, grouped as the kind needs them."""
     sure: bool = True
-    """Whether it is taken unless others were asked for. What is not sure is taken only where
-    nothing is."""
+    """Whether it is used unless other kinds are requested. Proposals that are not sure
+    are used only if none is."""
 
     @property
     def n_frames(self) -> int:
-        """Frames that would be read."""
+        """Number of frames that would be read."""
         return sum(map(len, self.groups))
 
 
 class Declined(NamedTuple):
-    """Why frames hold no evidence of a kind, and what would change that."""
+    """Reason why frames hold no evidence of a kind, and advice to change that."""
 
     kind: str
     reason: str
@@ -73,15 +74,15 @@ class Declined(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """A figure that is still to be drawn, with its text."""
+    """A figure to be drawn, with its description."""
 
     name: str
-    """For programs, unique within a report."""
+    """Identifier, unique within a report."""
     title: str
     draw: Callable[[Any], None]
-    """Draws on Axes of matplotlib."""
+    """Function that draws on Matplotlib Axes."""
     words: str
-    """What it shows, in numbers."""
+    """Description of what it shows, with numbers."""
 
 
 O = TypeVar("O")  # noqa: E741 - options
@@ -92,45 +93,45 @@ class AbstractKind(ABC, Generic[O, E]):
     """One kind of evidence, with options of the type O."""
 
     name: ClassVar[str]
-    """As users write it."""
+    """Name of the kind, as users write it."""
     title: ClassVar[str]
-    """In a few words, for tables."""
+    """Short title, for tables."""
     holds: type[AbstractChannelEvidence]
-    """What it has of a channel."""
+    """Class of the evidence of one channel."""
     options: type[O]
-    """Dataclass of what users may choose; `chartless.calibrate` takes its fields by name."""
+    """Dataclass of the options; `chartless.calibrate` takes its fields by name."""
     uses: ClassVar[frozenset[str]] = frozenset()
-    """Which of the arguments of `chartless.calibrate` that are for some kinds it makes use of:
-    "times", "time_error", "jobs" and "scheduler"."""
+    """Optional arguments of `chartless.calibrate` that the kind uses: any of "times",
+    "time_error", "jobs" and "scheduler"."""
 
     @property
     def usual(self) -> dict[str, object]:
-        """Options by name, with what each is unless a user chooses; () if it takes a list."""
+        """Default values of the options by name; () for options that take a list."""
         return {each.name: each.default for each in fields(self.options)}  # type: ignore[arg-type]
 
     @abstractmethod
     def proposed(self, inputs: Inputs, options: O) -> Proposal | Declined:
-        """Say what these frames hold, by their settings and names alone.
+        """Return what these frames hold, judged only by their settings and names.
 
         Raises
         ------
         ParameterError
-            If an option has no meaning.
+            If an option is invalid.
         """
 
     @abstractmethod
     def gathered(self, inputs: Inputs, proposal: Proposal, options: O, reader: Reader) -> E:
-        """Read what was proposed.
+        """Read the proposed evidence.
 
         Raises
         ------
         ImageError, UnfitFramesError, ParameterError
-            If files cannot be read, or do not hold what they seemed to.
+            If files cannot be read, or do not hold the proposed evidence.
         """
 
     @abstractmethod
     def screened(self, evidence: E, *, alone: bool) -> Mapping[str, tuple[Flag, ...]]:
-        """Refuse evidence from which no curve can be estimated; flag what is doubtful of the rest.
+        """Refuse evidence from which no curve can be estimated; flag what is doubtful.
 
         Parameters
         ----------
@@ -145,37 +146,37 @@ class AbstractKind(ABC, Generic[O, E]):
         Raises
         ------
         UnfitFramesError
-            With one sentence that says why and what to do.
+            If no curve can be estimated; the message says why and what to do.
         """
 
     def unread(self, inputs: Inputs, proposal: Proposal) -> Sequence[FrameSource]:
-        """Frames that were given and are not read, if no other kind reads them."""
+        """Return frames that are given but not read, if no other kind reads them."""
         del inputs, proposal
         return ()
 
     def remarks(self, evidence: E, *, alone: bool) -> list[str]:
-        """Sentences for the user, without a full stop, that are no doubts."""
+        """Return remarks for the user that are not doubts, without a full stop."""
         del evidence, alone
         return []
 
     def tables(self, evidence: E, accounts: Mapping[str, Account]) -> tuple[Table, ...]:
-        """What is worth looking at of each frame.
+        """Return tables of what is worth inspecting in each frame.
 
         Parameters
         ----------
         evidence : AbstractEvidence
         accounts : mapping from channels to Account
-            What came out; empty where the method gives no account of this kind.
+            Results; empty where the method gives no account of this kind.
         """
         del evidence, accounts
         return ()
 
     def example(self, evidence: E) -> FrameSource | None:
-        """Frame that shows most of the scene; None if there are no frames."""
+        """Return the frame that shows most of the scene, or None without frames."""
         return evidence.sources[0]
 
     def restored(self, content: JsonObject, n_levels: int) -> AbstractRecord:
-        """Record of an account, from what its `to_json` wrote.
+        """Return the record of an account from the output of its `to_json`.
 
         Raises
         ------
@@ -187,12 +188,12 @@ class AbstractKind(ABC, Generic[O, E]):
         raise ValueError(msg)
 
     def figures(self, channels: Sequence[Response]) -> Sequence[Figure]:
-        """What there is to see of the evidence.
+        """Return figures of the evidence.
 
         Parameters
         ----------
         channels : sequence of Response
-            All have an account of this kind.
+            Channels, all with an account of this kind.
         """
         del channels
         return ()
@@ -200,7 +201,7 @@ class AbstractKind(ABC, Generic[O, E]):
     def from_version_1(
         self, entry: JsonObject, channel: str, curve: AbstractCurve, n_levels: int
     ) -> Account | None:
-        """Account in an entry of a channel in version 1 of the file; None if there is none.
+        """Return the account in a channel entry of file version 1, or None.
 
         Raises
         ------
@@ -213,7 +214,7 @@ class AbstractKind(ABC, Generic[O, E]):
     def tables_from_version_1(
         self, provenance: JsonObject, channels: Sequence[Response]
     ) -> tuple[Table, ...]:
-        """Tables in the provenance of version 1 of the file.
+        """Return the tables in the provenance of file version 1.
 
         Raises
         ------

@@ -1,8 +1,8 @@
-"""What users may choose about a kind of evidence, described once for all who ask them.
+"""Options of the kinds of evidence, described once for all interfaces.
 
-The library takes options by name, the command line as flags, the page as ticks; results keep those
-that are not as usual. The command line reads them before it loads NumPy, so nothing heavy is
-imported here.
+The library takes options by name, the command line as flags, the page as check boxes;
+results keep those that differ from the defaults. The command line reads them before it
+loads NumPy, so nothing heavy is imported here.
 """
 
 from collections.abc import Mapping
@@ -15,15 +15,15 @@ from chartless.evidence import FOLDERS
 
 
 class Option(NamedTuple):
-    """How a field of the options of a kind is asked for."""
+    """Description of an option for the command line and the page."""
 
     form: Literal["file", "files", "flag", "count"]
     help: str
-    """Sentence for the command line."""
+    """Help text on the command line."""
     flag: str = ""
-    """Name on the command line, if it is not that of the field."""
+    """Name on the command line, if it differs from that of the field."""
     page: str = ""
-    """Text of a tick on the page; empty if the page does not ask."""
+    """Label of the check box on the page; empty if the page does not offer it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,23 +37,23 @@ class Asked:
 
     @property
     def flag(self) -> str:
-        """Name on the command line, without dashes before it."""
+        """Name on the command line, without leading dashes."""
         return self.option.flag or self.name.replace("_", "-")
 
 
 def option(default: object, asked: Option) -> Any:  # noqa: ANN401 - a field of any type
-    """Field of a dataclass of options."""
+    """Return a field of a dataclass of options."""
     return field(default=default, metadata={"option": asked})
 
 
 def options_of(kind: str) -> type[Any]:
-    """Dataclass of the options of a kind."""
+    """Return the dataclass of the options of a kind."""
     found: type[Any] = import_module(f"chartless.evidence.{kind}.options").Options
     return found
 
 
 def all_options() -> Mapping[str, Asked]:
-    """Options of all kinds by name."""
+    """Return the options of all kinds by name."""
     return MappingProxyType(
         {
             each.name: Asked(kind, each.name, each.default, each.metadata["option"])

@@ -1,8 +1,9 @@
-"""Which kinds of evidence frames hold, and which of them are read.
+"""Choice of the kinds of evidence that are read from frames.
 
-One rule for all kinds: those that a user asks for by name; else those that are sure of their frames
-(raw files beside pictures, exposures that differ, repeats among them); else those that are not.
-What is given besides frames, such as measured points, is always among them.
+One rule for all kinds: use those requested by name; otherwise those with sure proposals
+(raw files beside pictures, exposures that differ, repeats among them); otherwise the
+rest. Unless kinds are requested, evidence given besides frames, such as measured
+points, is always included.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -14,22 +15,23 @@ from chartless.evidence.kind import Declined, Inputs, Proposal
 from chartless.evidence.registry import KINDS
 
 AUTO, BOTH = "auto", "both"
-"""Instead of names of kinds: what there is; short for noise and bracket."""
+"""Alternatives to names of kinds: whatever is available; noise and bracket."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What will be read from frames, and why the rest will not."""
+    """Evidence that will be read from frames, and why the rest will not."""
 
     taken: tuple[Proposal, ...]
-    """Those that read frames first: these say which channels there are."""
+    """Proposals that will be read. Those that read frames come first, as they determine
+    the channels."""
     left: tuple[Proposal, ...]
-    """What there is as well, to be asked for by name."""
+    """Other proposals, which can be requested by name."""
     declined: tuple[Declined, ...]
 
     @property
     def reason(self) -> str:
-        """What will be read, in one sentence without a full stop."""
+        """Description of what will be read, in one sentence without a full stop."""
         return ", and ".join(each.sentence for each in self.taken)
 
     @property
@@ -39,7 +41,7 @@ class Plan:
 
 
 def asked_kinds(evidence: str | Sequence[str]) -> frozenset[str]:
-    """Names of kinds in what a user writes, such as ``"noise,bracket"``; empty for ``"auto"``.
+    """Parse names of kinds, such as ``"noise,bracket"``; empty for ``"auto"``.
 
     Raises
     ------
@@ -71,7 +73,7 @@ def planned(
     method: str = "likelihood",
     taken_by: Collection[str] | None = None,
 ) -> Plan:
-    """Ask all kinds what these frames hold, and choose.
+    """Collect the proposals of all kinds for these frames, and choose among them.
 
     Parameters
     ----------
@@ -80,14 +82,14 @@ def planned(
     method : str
         Name of the method, for messages.
     taken_by : collection of str, optional
-        Kinds that the method takes; without, all.
+        Kinds that the method accepts; by default all.
 
     Raises
     ------
     UnfitFramesError
-        If frames hold nothing, or not what was asked for.
+        If frames hold no evidence, or not the kind requested.
     ParameterError
-        If an option has no meaning, or the method takes nothing of what frames hold.
+        If an option is invalid, or the method accepts none of the evidence.
     """
     proposals: list[Proposal] = []
     declined: list[Declined] = []
@@ -104,7 +106,7 @@ def planned(
         raise UnfitFramesError(str(declined[-1]))
     wanted = [each for each in proposals if each.kind in inputs.asked]
     sure = [each for each in proposals if each.sure]
-    # What is read from elsewhere does not stand for what frames show.
+    # Evidence read from elsewhere does not replace what frames show.
     chosen = wanted or (sure if any(each.groups for each in sure) else proposals)
     if taken_by is not None:
         kept = [each for each in chosen if each.kind in taken_by]
@@ -126,7 +128,7 @@ def _not_taken(
     taken_by: Collection[str],
     method: str,
 ) -> str:
-    """What a method lacks, in one sentence."""
+    """Return a sentence that states what a method lacks."""
     uses = f"{method} uses {' or '.join(sorted(taken_by))} only"
     for refusal in declined:
         if refusal.kind in taken_by:

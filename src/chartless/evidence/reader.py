@@ -1,4 +1,4 @@
-"""Frames of files, arrays, videos and raw files, as the kinds of evidence ask for them."""
+"""Reading of frames from files, arrays, videos and raw files."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,34 +20,35 @@ if TYPE_CHECKING:
     from chartless.frames.frame import TimedFrame
 
 LEVELS = 256
-"""To which frames are reduced unless asked."""
+"""Default number of levels to which frames are reduced."""
 Item: TypeAlias = str | os.PathLike[str] | Levels
 """A frame as users give it: a file or an array."""
 Progress: TypeAlias = Callable[[str, float], None]
-"""Called with what is being done and the share of it that is finished, 0 … 1."""
+"""Function called with the current stage and its finished share, 0 … 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reader:
-    """How frames are read: settings that are the same for all kinds of evidence."""
+    """Reader of frames, with settings common to all kinds of evidence."""
 
     channels: str = "auto"
     n_levels: int | None = None
-    """Levels to which frames are reduced; None for 256 or as many as there are."""
+    """Number of levels to which frames are reduced; None for 256 or as many as there
+    are."""
     mask: Bools | None = None
     jobs: int = 1
-    """Processes that read files, where a kind can use several."""
+    """Number of processes that read files, where a kind can use several."""
     scheduler: str | None = None
-    """Address of a Dask scheduler that they run on instead."""
+    """Address of a Dask scheduler to use instead."""
     progress: Progress | None = None
 
     @property
     def levels(self) -> int:
-        """Levels to which frames are reduced that are no video."""
+        """Number of levels to which frames other than video are reduced."""
         return LEVELS if self.n_levels is None else self.n_levels
 
     def counting(self, stage: str, n_parts: int) -> Callable[[object], None]:
-        """Return what is to be called with each part of the work that is done."""
+        """Return a function to call with each finished part of the work."""
         places = count(1)
 
         def on_part(_: object) -> None:
@@ -56,16 +57,16 @@ class Reader:
         return on_part
 
     def tell(self, stage: str, share: float) -> None:
-        """Say how much of the work is done."""
+        """Report how much of the work is done."""
         if self.progress is not None:
             self.progress(stage, share)
 
     def frames(
         self, items: Sequence[Item], numbers: Iterable[int] | None = None
     ) -> Iterator[Frame]:
-        """Frames of files and arrays, one by one; the next two are decoded meanwhile.
+        """Iterate over frames of files and arrays; the next two are decoded meanwhile.
 
-        Arrays are called by their numbers: 1, 2, ... or those that are given.
+        Arrays are named by number: 1, 2, ... or the `numbers` given.
         """
 
         def frame(number: int, item: Item) -> Frame:
@@ -81,7 +82,7 @@ class Reader:
         )
 
     def still_frames(self, items: Sequence[Item], most: int) -> Iterator[Frame]:
-        """Frames of pictures, and of videos the first ones, at most so many."""
+        """Yield frames of pictures and, of each video, the first `most` frames."""
         for are_videos, alike in groupby(items, is_video):
             if not are_videos:
                 yield from self.frames(list(alike))
@@ -92,27 +93,27 @@ class Reader:
 
     @contextmanager
     def video(self, path: Path) -> "Iterator[Iterator[TimedFrame]]":
-        """Frames of a video, with their times."""
+        """Open a video as an iterator of frames with their times."""
         from chartless.images import read_video
 
         with closing(read_video(path, colour=self.channels == "rgb")) as frames:
             yield frames
 
     def picture(self, path: Path) -> Frame:
-        """A picture as a program shows it."""
+        """Read a picture as programs display it."""
         from chartless.images import read_frame
 
         return read_frame(path)
 
     def raw_picture(self, path: Path) -> RawPicture:
-        """Light of a raw file."""
+        """Read the light of a raw file."""
         from chartless.images import read_raw
 
         return read_raw(path)
 
 
 def settings_of(item: Item) -> CameraSettings:
-    """What a file says of the settings of the camera."""
+    """Camera settings recorded in a file."""
     if isinstance(item, np.ndarray) or is_video(item):
         return CameraSettings()
     from chartless.images import read_settings
@@ -121,7 +122,7 @@ def settings_of(item: Item) -> CameraSettings:
 
 
 def unread_source(item: Item, place: int) -> FrameSource:
-    """Source of a frame that was given and is not used."""
+    """Source of a frame that was given but not used."""
     if isinstance(item, np.ndarray):
         source = array_frame(item, place + 1).source
         return FrameSource(source.path, source.sha256, source.remarks, n_used=0)
@@ -129,7 +130,7 @@ def unread_source(item: Item, place: int) -> FrameSource:
 
 
 def digest_of(path: Path) -> str:
-    """SHA-256 of a file; empty for what is none, such as a webcam."""
+    """SHA-256 of a file; empty for anything else, such as a webcam."""
     from chartless.images import digest
 
     return digest(path) if path.is_file() else ""

@@ -1,4 +1,4 @@
-"""The kinds of evidence that there are, in the order in which they are asked."""
+"""Registry of the kinds of evidence, in the order in which they are considered."""
 
 from importlib import import_module
 from typing import Any, TypeAlias

@@ -1,4 +1,4 @@
-"""Unknowns by name: what has the same name in two terms is the same."""
+"""Named unknowns: the same name in two terms means the same unknowns."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,35 +7,35 @@ from typing import TypeAlias
 from chartless.types import Floats
 
 Values: TypeAlias = Mapping[str, Floats]
-"""Unknowns by the names of their blocks; of a curve its coordinates."""
+"""Unknowns by name of their block; the coordinates for a curve."""
 
 
 def curve_name(channel: str) -> str:
-    """Name of the curve of a channel, among blocks."""
+    """Block name of the curve of a channel."""
     return f"curve/{channel}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Unknowns that belong together, N numbers with a Gaussian prior."""
+    """Group of N unknowns with a Gaussian prior."""
 
     name: str
-    """Such as "exposures", which all channels share, or "scene/R" of one channel."""
+    """Name, such as "exposures", shared by channels, or "scene/R" of one channel."""
     mean: Floats
-    """Of the prior, shape (N,)."""
+    """Mean of the prior, shape (N,)."""
     precision: Floats
     """Inverse covariance of the prior, shape (N, N)."""
     basis: Floats | None = None
-    """Directions in which the numbers can move, shape (D, N); None if in all."""
+    """Directions in which the unknowns can move, shape (D, N); None for all."""
     held: bool = False
-    """Whether the numbers stay at their mean: their error widens the others, and evidence does not
-    move them."""
+    """Whether the unknowns stay at their mean: their error widens the others, and
+    evidence does not move them."""
     centred: bool = False
-    """Whether a constant more or less makes no difference; then their mean is kept at 0."""
+    """Whether adding a constant changes nothing; the mean is then kept at 0."""
 
     @property
     def size(self) -> int:
-        """D, or N without a basis."""
+        """Number of directions D, or N without a basis."""
         return self.mean.size if self.basis is None else len(self.basis)
 
     def moved(self, values: Floats, step: Floats) -> Floats:
@@ -44,7 +44,7 @@ class Block:
         return there - there.mean() if self.centred else there
 
     def along(self, gradient: Floats) -> Floats:
-        """Gradient in the directions in which the numbers move, shape (D,)."""
+        """Gradient in the directions in which the unknowns can move, shape (D,)."""
         return gradient if self.basis is None else self.basis @ gradient
 
     @property

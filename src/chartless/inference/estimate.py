@@ -1,4 +1,4 @@
-"""An estimated curve with its bands, and how these widen by what a likelihood leaves out."""
+"""Estimated curve with its error bands, and ways to widen them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,23 +13,23 @@ from chartless.types import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CurveEstimate:
-    """A curve of one channel and how well it is known."""
+    """Curve of one channel with its errors."""
 
     curve: AbstractCurve
     inverse_lut: Floats
     """Irradiance g at each level, shape (L,), 0 … 1."""
     std: Floats
-    """Deviation of `inverse_lut`, shape (L,)."""
+    """Standard deviation of `inverse_lut`, shape (L,)."""
     shape_std: Floats | None = None
-    """The part of `std` that is not one factor for all levels, shape (L,); None if not divided."""
+    """Part of `std` beyond a common factor, shape (L,); None if not divided."""
     white_std: float | None = None
-    """The other part: relative deviation of the light at white against that of all levels."""
+    """Other part: relative deviation of light at white against that of all levels."""
     parameter_covariance: Floats | None = None
-    """Of the parameters of a family, shape (P, P); None for any curve."""
+    """Covariance of the family's parameters, shape (P, P); None for a free curve."""
 
     @property
     def shape_or_all(self) -> Floats:
-        """Deviation of the shape, or of all where it is not divided, shape (L,)."""
+        """`shape_std`, or `std` if not divided, shape (L,)."""
         return self.std if self.shape_std is None else self.shape_std
 
     @classmethod
@@ -53,10 +53,11 @@ class CurveEstimate:
         )
 
     def with_exponent_error(self, error: float) -> "CurveEstimate":
-        """Return the same curve with another deviation of ln γ in its bands.
+        """Return the same curve with an additional deviation of ln γ in its bands.
 
-        Where g^γ explains the evidence as well as g, g is off by g ln g times that of ln γ, and its
-        scale by the mean of ln g, each level weighted by g².
+        Where g^γ explains the evidence as well as g, the error of g is g ln g times
+        that of ln γ; that of its scale is the mean of ln g, with weights g², times that
+        of ln γ.
         """
         light = self.inverse_lut
         log_light = np.log(np.maximum(light, np.finfo(np.float64).tiny))
@@ -66,7 +67,7 @@ class CurveEstimate:
         return replace(self.with_level_errors(error * light * log_light), white_std=white)
 
     def with_level_errors(self, error: Floats) -> "CurveEstimate":
-        """Return the same curve with another deviation of g at each level, shape (L,)."""
+        """Return the same curve with an additional deviation of g, shape (L,)."""
         shape = self.shape_std
         return replace(
             self,
@@ -75,7 +76,7 @@ class CurveEstimate:
         )
 
     def with_white_error(self, error: float) -> "CurveEstimate":
-        """Return the same curve with another relative deviation of the light at white."""
+        """Return the same curve with an additional relative deviation at white."""
         if self.white_std is None or error == 0:
             return self
         below_white = np.append(self.inverse_lut[:-1], 0.0)
@@ -86,7 +87,7 @@ class CurveEstimate:
         )
 
     def scaled(self, factor: float) -> "CurveEstimate":
-        """Return the same curve with deviations so many times as large."""
+        """Return the same curve with all deviations multiplied by `factor`."""
         shape, white, covariance = self.shape_std, self.white_std, self.parameter_covariance
         return replace(
             self,
@@ -98,7 +99,7 @@ class CurveEstimate:
 
 
 def with_mean_bands(estimates: Sequence[CurveEstimate]) -> CurveEstimate:
-    """The same curve, its variances the means of those that several estimates of it have."""
+    """First of several estimates of one curve, with their mean variances."""
 
     def mean(values: Sequence[Floats | float | None]) -> Floats | None:
         known = [value for value in values if value is not None]

@@ -1,4 +1,4 @@
-"""The noise of single frames as unknowns that several terms share."""
+"""Noise of single frames as unknowns that several terms share."""
 
 from dataclasses import dataclass
 
@@ -16,35 +16,35 @@ class NoiseBlock:
     channel: str
     prior: NoisePrior
     holds_ratio: bool = False
-    """Whether r = u/v stays what it is: ln u and ln v move together. Level pairs of one exposure
-    hardly tell r."""
+    """Whether r = u/v is fixed, so that ln u and ln v move together: level pairs of one
+    exposure hardly constrain r."""
 
     @property
     def name(self) -> str:
-        """Of the block."""
+        """Name of the block."""
         return noise_name(self.channel)
 
     @property
     def mix(self) -> Floats:
-        """How (ln u, ln v) change with each unknown that moves, shape (D, 2)."""
+        """Derivatives of (ln u, ln v) by the unknowns, shape (D, 2)."""
         return np.ones((1, 2)) if self.holds_ratio else np.eye(2)
 
     @property
     def block(self) -> Block:
-        """Block of the two numbers."""
+        """Block of the two unknowns."""
         return Block(self.name, self.prior.mean, self.prior.precision, basis=self.mix)
 
     def noise(self, values: Values) -> AffineNoise:
-        """U and v at a state."""
+        """Noise at given values."""
         return affine(values[self.name])
 
 
 def noise_name(channel: str) -> str:
-    """Name of the noise of a channel, among blocks."""
+    """Block name of the noise of a channel."""
     return f"noise/{channel}"
 
 
 def affine(log_noise: Floats) -> AffineNoise:
-    """Noise of (ln u, ln v)."""
+    """Noise with given (ln u, ln v)."""
     slope, floor = np.exp(log_noise)
     return AffineNoise(float(slope), float(floor))

@@ -1,6 +1,6 @@
-"""What is known of a curve after a search: mean and deviations, the noise ratio averaged out.
+"""Posterior mean and deviations of a curve, averaged over the noise ratio.
 
-Where modes lie along a ridge, each counts by its evidence, and so does what lies between two.
+Modes along a ridge, and the points between them, are weighted by their evidence.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,39 +19,39 @@ from chartless.inference.stabilised import warped
 from chartless.types import Floats
 
 _DRAWS = 256  # pairs of curves from the posterior
-_FINE = 40  # ratios from one mode to the next at which they are interpolated
+_FINE = 40  # interpolated ratios from one mode to the next
 
 
 class ScaleSpread(NamedTuple):
-    """How the deviation of g divides into that of its scale and that of its shape."""
+    """Deviation of g divided into scale and shape."""
 
     log_scale: float
-    """Deviation of ln of the factor that brings a curve closest to the mean."""
+    """Deviation of the log of the factor that brings a curve closest to the mean."""
     shape: Floats
-    """Deviation of g at the levels when each curve is brought closest, shape (L,)."""
+    """Deviation of g at the levels after this scaling, shape (L,)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posterior:
-    """What is known of one channel, the ratio of the noise parameters integrated out."""
+    """Posterior of one channel, the ratio of the noise parameters integrated out."""
 
     inverse: Floats
     """Mean of g at the levels, shape (L,)."""
     inverse_std: Floats
     """Deviation of g at the levels, shape (L,)."""
     log_noise: Floats | None
-    """Mean of (ln u, ln v); None where no term reads them."""
+    """Mean of (ln u, ln v); None if no term reads them."""
     log_noise_covariance: Floats | None
-    """Shape (2, 2)."""
+    """Covariance of (ln u, ln v), shape (2, 2)."""
     coordinate_covariance: Floats
-    """Of the coordinates of a family, shape (P, P); (0, 0) for any curve, which has one
-    for each level."""
+    """Covariance of a family's coordinates, shape (P, P); (0, 0) for a free curve,
+    which has one for each level."""
     best: ChannelMode
-    """Of the modes along the ridge that of highest evidence."""
+    """Mode of highest evidence along the ridge."""
     best_variance: Floats
-    """Variance of g at the levels if the ratio is that of the best mode, shape (L,)."""
+    """Variance of g at the levels, given the ratio of the best mode, shape (L,)."""
     spread: ScaleSpread | None
-    """Of curves drawn from it; None if none were."""
+    """Spread of curves drawn from the posterior; None if none were drawn."""
 
 
 def at_mode(found: ChannelMode, space: AbstractCurveSpace, *, skewed: bool = False) -> Posterior:
@@ -62,7 +62,7 @@ def at_mode(found: ChannelMode, space: AbstractCurveSpace, *, skewed: bool = Fal
     found : ChannelMode
     space : AbstractCurveSpace
     skewed : bool
-        Whether curves are drawn, see `drawn_curves`, and tell mean and deviation.
+        Whether mean and deviation come from draws, see `drawn_curves`.
     """
     variance = _variances(found, space)
     curve, best_variance, drawn = at_levels(found.edges), variance, None
@@ -89,17 +89,17 @@ def integrated(
     *,
     others: Sequence[Sequence[ChannelMode]] = (),
 ) -> Posterior:
-    """Posterior over modes along the ridge, each by its evidence.
+    """Posterior over modes along the ridge, weighted by their evidence.
 
     Parameters
     ----------
     modes : sequence of ChannelMode
-        In the order of their ratios.
+        Modes in order of their ratios.
     space : AbstractCurveSpace
     share : float
         Weight of the pairs' evidence.
     others : sequence of sequences of ChannelMode, optional
-        Of other channels with the same ratio of the noise parameters: their pairs tell it too.
+        Modes of other channels with the same noise ratio, whose pairs constrain it too.
     """
     if len(modes) == 1:
         return at_mode(modes[0], space)
@@ -114,7 +114,7 @@ def integrated(
     for each in others:
         evidence += _told_of_ratio(each, share, fine)
     share_of_mode = np.stack([np.interp(fine, log_ratios, one) for one in np.eye(len(modes))])
-    # Between modes the warp of each neighbour is nearly right: take of both by distance.
+    # Between modes the warp of each neighbour is nearly right: interpolate the two.
     curves = np.zeros((fine.size, modes[top].edges.size + 1))
     for mode, parts in zip(modes, share_of_mode, strict=True):
         for place in np.flatnonzero(parts):
@@ -150,7 +150,7 @@ def integrated(
 
 
 def _increasing(curve: Floats) -> Floats:
-    """A mean of curves without what rounding does to it."""
+    """Mean of curves, made monotone again after rounding."""
     mean = np.maximum.accumulate(curve)
     return np.asarray(mean / mean[-1])
 
@@ -158,8 +158,8 @@ def _increasing(curve: Floats) -> Floats:
 def drawn_curves(found: ChannelMode, space: FreeCurve) -> Floats:
     """Draws of g at the levels about a mode.
 
-    Light is the sum of exponentials, so where levels are hardly seen it is skewed: its mean lies
-    above the mode, and a deviation by derivatives is too small.
+    Light is a sum of exponentials, so it is skewed where few pixels show the levels:
+    its mean lies above the mode, and a deviation from derivatives is too small.
 
     Returns
     -------
@@ -184,15 +184,16 @@ def scale_spread(curves: Floats) -> ScaleSpread:
 
 
 def _spread(values: Floats, weights: Floats) -> Floats:
-    """Covariance of rows of weights that sum to 1, shape (P, P)."""
+    """Covariance of rows with weights that sum to 1, shape (P, P)."""
     away = values - weights @ values
     return np.asarray((away * weights[:, np.newaxis]).T @ away)
 
 
 def _told_of_ratio(modes: Sequence[ChannelMode], share: float, log_ratios: Floats) -> Floats:
-    """What the pairs of a channel tell of the ratio, flat beyond its modes.
+    """Log-likelihood of the ratio from a channel's pairs, constant beyond its modes.
 
-    Without the priors: curves of one camera are alike, and each would count theirs anew.
+    Priors are left out: curves of one camera are alike, and each would count its own
+    again.
     """
     if len(modes) == 1:
         return np.zeros(log_ratios.size)
@@ -205,7 +206,7 @@ def _told_of_ratio(modes: Sequence[ChannelMode], share: float, log_ratios: Float
 
 
 def at_levels(edges: Floats) -> Floats:
-    """Irradiance at the levels themselves: halfway between their edges, 0 and 1 at the ends."""
+    """Irradiance at the levels: halfway between their edges, 0 and 1 at the ends."""
     return np.concatenate([[0.0], (edges[1:] + edges[:-1]) / 2, [1.0]])
 
 
@@ -219,12 +220,12 @@ def deviations_at_levels(
 
 
 def _level_rows(n_inner: int) -> Floats:
-    """How the inner levels follow from the edges, shape (L − 1, L − 2)."""
+    """Matrix from the edges to the inner levels, shape (L − 1, L − 2)."""
     return np.asarray(0.5 * (np.eye(n_inner)[:, 1:] + np.eye(n_inner)[:, :-1]))
 
 
 def noise_covariance(found: ChannelMode) -> Floats | None:
-    """Covariance of (ln u, ln v) at a mode, shape (2, 2); None where no term reads them."""
+    """Covariance of (ln u, ln v) at a mode, shape (2, 2); None if no term reads it."""
     if found.noise_place is None:
         return None
     mix = found.noise_mix
@@ -240,7 +241,7 @@ def _variances(found: ChannelMode, space: AbstractCurveSpace) -> Floats:
 
 
 def _coordinate_covariance(found: ChannelMode, space: AbstractCurveSpace) -> Floats:
-    """Covariance of the coordinates of a family; empty for any curve."""
+    """Covariance of the coordinates of a family; empty for a free curve."""
     place = found.curve_place
     n_coordinates = space.mean.size if isinstance(space, FamilyCurve) else 0
     return covariance_of(found.mode, slice(place.start, place.start + n_coordinates))
@@ -256,5 +257,5 @@ def covariance_of(mode: Mode, which: slice) -> Floats:
 
 
 def _roots(mode: Mode, changes: Floats) -> Floats:
-    """Square root of the covariance, of what changes so with the unknowns of a mode."""
+    """Root R of the covariance Rᵀ R of linear functions of the unknowns of a mode."""
     return np.asarray(solve_triangular(mode.factor, changes, lower=True, check_finite=False))

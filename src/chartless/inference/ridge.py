@@ -1,7 +1,7 @@
 """Modes along the ratio r = u/v of the noise parameters.
 
-Across r the likelihood of level pairs is long and curved: `ridge` walks along it, from one ratio to
-the next, and gives each the Laplace approximation of its evidence.
+The likelihood of level pairs is a long, curved ridge in r: `ridge` walks along it from
+one ratio to the next and computes the Laplace approximation of the evidence at each.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,7 +34,7 @@ def at_ratio(ratio: float, log_floor: float) -> Floats:
 
 
 def predicted(space: AbstractCurveSpace, found: ChannelMode, ratio: float) -> Values:
-    """State at another ratio with the same noise level at every brightness."""
+    """Values at another ratio with the same noise level at every brightness."""
     before = found.ratio
     edges = warped(found.edges, before, ratio)
     log_floor = found.log_floor + 2 * (log_extent(ratio) - log_extent(before))
@@ -54,23 +54,23 @@ def ridge(
     *,
     on_mode: Callable[[int], None] | None = None,
 ) -> list[ChannelMode]:
-    """Modes at `RATIOS`, each found from its neighbour, from the start outward both ways.
+    """Modes at `RATIOS`, each found from its neighbour, outward from the start.
 
-    A way ends where the evidence, weighted as it will be, has fallen so far that what lies
-    beyond adds nothing.
+    The walk ends on either side where the weighted evidence has fallen so far that
+    modes beyond add nothing.
 
     Parameters
     ----------
     terms : sequence of AbstractTerm
-        Of one channel, their noise holding its ratio.
+        Terms of one channel, whose noise block holds its ratio.
     channel : str
     space : AbstractCurveSpace
     start : mapping from names to ndarray
-        State at a usual ratio, which takes the place of the nearest of `RATIOS`.
+        Values at a typical ratio, which replaces the nearest of `RATIOS`.
     share : float
         Weight of the pairs' evidence along the ridge.
     on_mode : callable, optional
-        Called with the number of modes found, at most that of `RATIOS`.
+        Called with the number of modes found, at most ``len(RATIOS)``.
     """
     walk = _Walk(terms, channel, space)
     first = walk.mode(start)
@@ -113,7 +113,7 @@ class _Walk:
             if not 0 < best < len(modes) - 1:
                 break
             left, right = x[best] - x[best - 1], x[best + 1] - x[best]
-            # The parabola through the best and its neighbours.
+            # Parabola through the best and its neighbours.
             fall_left, fall_right = (y[best] - y[best - 1]) / left, (y[best] - y[best + 1]) / right
             curvature = 2 * (fall_left + fall_right) / (left + right)
             deviation = 1 / np.sqrt(max(curvature, 1e-12))
@@ -129,11 +129,11 @@ class _Walk:
 
 
 def belief(found: ChannelMode, space: AbstractCurveSpace) -> float:
-    """How much of the evidence to believe, 0 … 1, as far as the prior knows such curves.
+    """Weight of the evidence, 0 … 1: lower for curves that the prior makes improbable.
 
-    A prior whose scale were unknown would tell curves apart by P/(2q) of what it says, where P is
-    the number of coordinates and q half the squared distance of the curve from its mean, about
-    P/2 for curves that it knows.
+    With an unknown scale, the prior would distinguish curves by P/(2q) of the present
+    amount, where P is the number of coordinates and q half the squared distance of the
+    curve from its mean, about P/2 for curves like those it was learned from.
     """
     away = found.coordinates - space.mean
     surprise = 0.5 * float(away @ space.precision @ away)

@@ -1,7 +1,7 @@
-"""The most probable state of curves and other unknowns, by Fisher scoring.
+"""Most probable curves and other unknowns, by Fisher scoring.
 
-The problem is nearly quadratic in the coordinates of `chartless.curves.space`, so that a few steps
-solve it. Any number of curves is found at once: what ties them are blocks that they share.
+The problem is nearly quadratic in the coordinates of `chartless.curves.space`, so a few
+steps solve it. Any number of curves is found at once; shared blocks tie them together.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -30,32 +30,32 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mode:
-    """The most probable state."""
+    """Most probable values of all unknowns."""
 
     values: Values
     edges: Mapping[str, Floats]
-    """Of each curve, shape (L − 1,)."""
+    """Edges of each curve, shape (L − 1,)."""
     fits: tuple[AbstractFit, ...]
-    """The terms at this state, in their order."""
+    """Fits of the terms at this state, in their order."""
     places: Mapping[str, slice]
-    """Of each block and of each curve's coordinates, in `factor`."""
+    """Place of each block and of each curve's coordinates in `factor`."""
     blocks: Mapping[str, Block]
-    """Those that are no curves."""
+    """Blocks other than curves."""
     log_evidence: float
-    """ln of the probability of the counts, by Laplace's approximation, up to a constant."""
+    """Log-probability of the counts, by Laplace's approximation, up to a constant."""
     factor: Floats
-    """Lower triangle R with R Rᵀ the information on all unknowns."""
+    """Lower triangular R; R Rᵀ is the information on all unknowns."""
     steps: int
     settled: bool
-    """Whether the search came to its end."""
+    """Whether the search converged."""
 
     @property
     def firm(self) -> float:
-        """The part of the likelihood that is never weighted down."""
+        """Part of the log-likelihood that always counts in full."""
         return sum(fit.firm for fit in self.fits)
 
     def log_prior(self, name: str) -> float:
-        """Ln of the prior density of a block at this state, up to a constant."""
+        """Log prior density of a block at this state, up to a constant."""
         block = self.blocks[name]
         return _log_density(block.mean, block.precision, self.values[name])
 
@@ -67,18 +67,18 @@ def maximise(
     *,
     tolerance: float = _SETTLED,
 ) -> Mode:
-    """Most probable state.
+    """Most probable values of all unknowns.
 
     Parameters
     ----------
     terms : sequence of AbstractTerm
-        Whose log-likelihoods are added.
+        Terms whose log-likelihoods are added.
     spaces : mapping from names of curves to AbstractCurveSpace
-        Of all curves that the terms read.
+        Spaces of all curves that the terms read.
     start : mapping from names to ndarray
-        Coordinates of the curves and values of blocks; those of other blocks begin at their mean.
+        Coordinates of curves and values of blocks; any others start at their means.
     tolerance : float
-        Gain of a step, in nats, below which the search is over.
+        Gain of a step, in nats, below which the search has converged.
     """
     unknowns = _Unknowns(terms, spaces)
     held = unknowns.held
@@ -88,8 +88,9 @@ def maximise(
     damping, settled, wary = 1e-4, False, False
     for steps in range(1, _MOST_STEPS + 1):  # noqa: B007 - used after the loop
         gradient, information = unknowns.expanded(fits, values)
-        # What follows the curves are logarithms of what acts. Where it is pulled down, exponentials
-        # bend the likelihood by as much as they pull, and expected information knows nothing of it.
+        # The unknowns after the curves are logarithms. Where one is pulled down, its
+        # exponential adds a curvature as large as the pull, which the expected
+        # information leaves out.
         bent = np.maximum(-gradient, 0.0)
         bent[: unknowns.n_coordinates] = 0.0
         gradient += unknowns.prior_gradient(values)
@@ -112,7 +113,7 @@ def maximise(
             if trial_value >= value - _ROUNDING:
                 break
             damping, wary = max(8 * damping, 1e-6), True
-        else:  # nothing near is better, or rounding hides it
+        else:  # no nearby point is better, or rounding hides it
             settled = float(gradient @ step) < tolerance
             break
         settled = trial_value - value < tolerance and scale == 1.0
@@ -139,24 +140,25 @@ def maximise(
 def shares(
     mode: Mode, terms: Sequence[AbstractTerm], spaces: Mapping[str, AbstractCurveSpace]
 ) -> dict[str, Floats]:
-    r"""How much each term determines each curve, as a share of what all terms do.
+    r"""Share of each term in the information on each curve.
 
-    With the covariance C of the coordinates of a curve and the information S_t of a term on them,
-    when all else that the term reads has to be found as well, :math:`\operatorname{tr}(C S_t)` is
-    the number of directions that the term determines. Over all terms and the prior these numbers
-    add up to that of the coordinates, if terms share nothing else.
+    With the covariance C of the coordinates of a curve and the information S_t of a
+    term on them, all other unknowns of the term being estimated too,
+    :math:`\operatorname{tr}(C S_t)` is the number of directions that the term
+    determines. Over all terms and the prior these numbers add up to the number of
+    coordinates, if terms share nothing else.
 
     Parameters
     ----------
     mode : Mode
     terms : sequence of AbstractTerm
-        All terms that were searched.
+        All terms of the search.
     spaces : mapping from names of curves to AbstractCurveSpace
 
     Returns
     -------
     dict from names of curves to ndarray, shape (number of terms,)
-        Of sum 1.
+        Shares with a sum of 1.
     """
     unknowns = _Unknowns(terms, spaces)
     determined: dict[str, list[float]] = {name: [] for name in unknowns.spaces}
@@ -176,7 +178,7 @@ def shares(
 
 
 def connected(terms: Sequence[AbstractTerm]) -> list[list[AbstractTerm]]:
-    """Divide terms into groups that share no unknowns; what is held ties nobody."""
+    """Divide terms into groups that share no unknowns, apart from held blocks."""
     groups: list[tuple[set[str], list[AbstractTerm]]] = []
     for term in terms:
         names = {*term.curves, *(block.name for block in term.blocks if not block.held)}
@@ -192,7 +194,7 @@ def connected(terms: Sequence[AbstractTerm]) -> list[list[AbstractTerm]]:
 
 
 class _Unknowns:
-    """All unknowns of a sum of terms in one vector: coordinates of curves, then blocks."""
+    """Unknowns of a sum of terms as one vector: coordinates of curves, then blocks."""
 
     def __init__(
         self, terms: Sequence[AbstractTerm], spaces: Mapping[str, AbstractCurveSpace]
@@ -222,7 +224,7 @@ class _Unknowns:
         )
 
     def begun(self, start: Values) -> dict[str, Floats]:
-        """Where a search begins."""
+        """Values at which a search starts."""
         means = {name: block.mean for name, block in self.blocks.items()}
         held = {name: block.mean for name, block in self.blocks.items() if block.held}
         begun = {**self._centres, **means, **start, **held}
@@ -238,10 +240,10 @@ class _Unknowns:
 
     @property
     def _share(self) -> Floats:
-        """Share of one channel in what is known of each unknown, shape (N,), above 0 and up to 1.
+        """Share of one channel in each unknown's information, shape (N,), in (0, 1].
 
-        Channels show one scene by one model. What one of them gets wrong of an unknown that they
-        share, all do, and together they determine it no better than one
+        Channels show one scene by one model. They make the same error in an unknown
+        that they share, and together determine it no better than one
         (docs/design/0012-house.md).
         """
         share = np.ones(len(self.prior_precision))
@@ -250,13 +252,14 @@ class _Unknowns:
         return share
 
     def believed(self, information: Floats) -> Floats:
-        r"""Precision of all unknowns, given the sum of all information.
+        r"""Precision of all unknowns, from the sum of all information.
 
-        If t is what is shared or held, of the prior precision Λ, and c the rest, the information of
-        the evidence on t is :math:`S = H_{tt} - H_{tc} H_{cc}^{-1} H_{ct}`, of which the share of
-        one channel counts, and none where t is held; c follows from t. It is as if the information
-        on t were :math:`Λ + S + H_{tc} H_{cc}^{-1} H_{ct}`. Without S it is "cutting feedback"
-        (Plummer 2015, doi:10.1007/s11222-014-9503-z).
+        If t are the shared and held unknowns, with the prior precision Λ, and c the
+        others, the information of the evidence on t is
+        :math:`S = H_{tt} - H_{tc} H_{cc}^{-1} H_{ct}`. Only the share of one channel
+        counts, and nothing where t is held; c follows from t. It is as if the
+        information on t were :math:`Λ + S + H_{tc} H_{cc}^{-1} H_{ct}`. Without S this
+        is "cutting feedback" (Plummer 2015, doi:10.1007/s11222-014-9503-z).
         """
         share = self._share
         doubted = self.held | (share < 1)
@@ -284,13 +287,13 @@ class _Unknowns:
 
         def fitted(term: AbstractTerm) -> AbstractFit:
             fit = term.fit(edges, values)
-            fit.log_likelihood()  # most fits keep what it takes
+            fit.log_likelihood()  # most fits cache what this computes
             return fit
 
         return tuple(_on_threads(partial(fitted, term) for term in self._terms))
 
     def log_prior(self, values: Values) -> float:
-        """Ln of the prior density, up to a constant."""
+        """Log prior density, up to a constant."""
         of_curves = (
             _log_density(space.mean, space.precision, values[name])
             for name, space in self.spaces.items()
@@ -325,7 +328,7 @@ class _Unknowns:
         values: Values,
         terms: Sequence[AbstractTerm] | None = None,
     ) -> tuple[Floats, Floats]:
-        """Gradient and information of the likelihood, of all terms or of some."""
+        """Gradient and information of the log-likelihood of all terms, or of some."""
         pulls = {name: space.pull(values[name]) for name, space in self.spaces.items()}
         places, size = self._edge_places, self._n_with_edges
         gradient, information = np.zeros(size), np.zeros((size, size))
@@ -336,7 +339,7 @@ class _Unknowns:
                 gradient[row] += expansion.gradient[its_row]
                 for column, its_column in own:
                     information[row, column] += expansion.information[its_row, its_column]
-        for name in reversed(self.spaces):  # what follows keeps its place from the end
+        for name in reversed(self.spaces):  # later places stay, counted from the end
             gradient, information = _pulled(gradient, information, places[name], pulls[name])
         return gradient, information
 
@@ -344,7 +347,7 @@ class _Unknowns:
 def _pulled(
     gradient: Floats, information: Floats, edge: slice, pull: Callable[[Floats], Floats]
 ) -> tuple[Floats, Floats]:
-    """Gradient and information with coordinates of a curve in place of its edges."""
+    """Gradient and information with a curve's edges replaced by its coordinates."""
     before, after = slice(edge.start), slice(edge.stop, None)
     turned = np.concatenate([gradient[before], pull(gradient[edge]), gradient[after]])
     if edge.start == 0:
@@ -355,13 +358,13 @@ def _pulled(
 
 
 def _places(sizes: Mapping[str, int]) -> dict[str, slice]:
-    """Where each of so many numbers lies, one after the other."""
+    """Slices of blocks of these sizes, one after the other."""
     ends = list(accumulate(sizes.values(), initial=0))
     return {name: slice(*ends[place : place + 2]) for place, name in enumerate(sizes)}
 
 
 def _runs(places: Sequence[slice]) -> list[tuple[slice, slice]]:
-    """Places in a whole and in a part of it, those joined that follow each other in both."""
+    """Places in a whole and in a part of it, merged where adjacent in both."""
     runs: list[tuple[slice, slice]] = []
     done = 0
     for place in places:
@@ -376,7 +379,7 @@ def _runs(places: Sequence[slice]) -> list[tuple[slice, slice]]:
 
 
 def _on_threads(tasks: Iterable[Callable[[], T]]) -> list[T]:
-    """Results of tasks; several are worked on at a time."""
+    """Results of tasks, run in parallel threads."""
     tasks = list(tasks)
     return [tasks[0]()] if len(tasks) == 1 else list(in_order(tasks))
 
@@ -391,7 +394,7 @@ def _sum(fits: Sequence[AbstractFit]) -> float:
 
 
 def _without(held: Bools, gradient: Floats, information: Floats) -> tuple[Floats, Floats]:
-    """Gradient and information by which what is held does not move, and nothing moves with it."""
+    """Gradient and information in which held unknowns stay fixed and uncoupled."""
     if not held.any():
         return gradient, information
     free = ~held

@@ -1,4 +1,4 @@
-"""The variance-stabilised scale of irradiance, and the warp that noise levels cannot see."""
+"""Variance-stabilised scale of irradiance, and the warp that keeps the noise level."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from chartless.types import Floats
 
 
 def warped(irradiance: Floats, ratio: float, other: float) -> Floats:
-    """Irradiance at another ratio that keeps the stabilised scale T = ∫ dI/σ, from 0 to 1.
+    """Irradiance at another ratio with the same stabilised scale T = ∫ dI/σ, 0 … 1.
 
     Curves that differ by this warp alone have the same noise level at every brightness:
     I → ((1 + a′ (√(1 + rI) − 1)/a)² − 1)/r′ with a = √(1 + r) − 1.
@@ -17,9 +17,9 @@ def warped(irradiance: Floats, ratio: float, other: float) -> Floats:
 
 
 def on_even_scale(n_places: int, ratio: float) -> Floats:
-    """Irradiance at places that are even on the stabilised scale, from 0 to 1, shape (n_places,).
+    """Irradiance 0 … 1, evenly spaced on the stabilised scale, shape (n_places,).
 
-    At any other ratio the same places are these, `warped`.
+    `warped` gives the same places at any other ratio.
     """
     places, root = np.linspace(0, 1, n_places), np.sqrt(1 + ratio)
     return np.asarray(places * (2 + (root - 1) * places) / (root + 1))

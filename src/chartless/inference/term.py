@@ -1,8 +1,8 @@
-"""The terms of which a log-likelihood is the sum: what any kind of evidence gives the search.
+"""Terms of a log-likelihood: the interface between kinds of evidence and the search.
 
-A term reads curves, by their edges, and blocks of other unknowns. It says how probable its counts
-are, with gradient and expected information; it knows neither the coordinates of the curves nor
-what else is in the sum.
+A term reads curves, by their edges, and blocks of other unknowns. It computes the
+log-likelihood of its counts, with gradient and expected information; it depends neither
+on the coordinates of the curves nor on the other terms.
 """
 
 from abc import ABC, abstractmethod
@@ -14,52 +14,52 @@ from chartless.types import Floats
 
 
 class Expansion(NamedTuple):
-    """A log-likelihood and how it changes with N unknowns."""
+    """Log-likelihood and its derivatives by N unknowns."""
 
     value: float
     gradient: Floats
-    """Shape (N,)."""
+    """Gradient, shape (N,)."""
     information: Floats
     """Expected Fisher information, shape (N, N)."""
 
 
 class AbstractFit(ABC):
-    """A term at one state of knowledge."""
+    """Term evaluated at given values of its unknowns."""
 
     @abstractmethod
     def log_likelihood(self) -> float:
-        """Logarithm of the probability of what was counted."""
+        """Log-probability of the counts."""
 
     @property
     def firm(self) -> float:
-        """The part of it that counts in full where the ratio of the noise parameters is weighed."""
+        """Part of the log-likelihood that counts in full in comparing noise ratios."""
         return self.log_likelihood()
 
     @abstractmethod
     def expand(self) -> Expansion:
         """Log-likelihood, gradient and information.
 
-        The unknowns are the edges of the term's curves and, in the directions in which they move,
-        its blocks, in their order.
+        The unknowns are the edges of the term's curves, then its blocks in the
+        directions in which they can move, in order.
         """
 
 
 class AbstractTerm(ABC):
-    """One kind of evidence, counted, of one camera."""
+    """Counts of one kind of evidence from one camera."""
 
     @property
     @abstractmethod
     def curves(self) -> tuple[str, ...]:
-        """Names of the curves that it reads."""
+        """Names of the curves that the term reads."""
 
     @property
     @abstractmethod
     def blocks(self) -> tuple[Block, ...]:
-        """Other unknowns that it reads."""
+        """Other unknowns that the term reads."""
 
     @abstractmethod
     def fit(self, edges: Mapping[str, Floats], values: Values) -> AbstractFit:
-        """Term at a state.
+        """Evaluate the term at given values.
 
         Parameters
         ----------
@@ -70,21 +70,21 @@ class AbstractTerm(ABC):
         Raises
         ------
         ParameterError
-            If there is no such state.
+            If the values are not possible.
         """
 
     def first_look(self, edges: Mapping[str, Floats], values: Values) -> "AbstractTerm":
-        """Term as a first look uses it, which begins at a state."""
+        """Term for a first, rough search that starts at these values."""
         del edges, values
         return self
 
     def informed(self, edges: Mapping[str, Floats], values: Values) -> "AbstractTerm":
-        """Term with what only a look can tell, such as weights; itself once that no longer changes.
+        """Term with weights and the like updated; itself once nothing changes.
 
         Parameters
         ----------
         edges, values
-            Where the look ended, as for `fit`.
+            Result of the search, as for `fit`.
         """
         del edges, values
         return self

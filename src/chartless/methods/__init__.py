@@ -1,8 +1,10 @@
-"""Methods of calibration, from evidence to `Response`, one file for each kind.
+"""Methods of calibration, from evidence to `Response`, one file for each.
 
-`CALIBRATORS` has them by name: ``likelihood``, the joint posterior given any kinds of evidence, is
-the X
-``debevec``, ``mitsunaga`` and ``robertson`` read brackets in the literature's way.
+`CALIBRATORS` has them by name. The default is ``likelihood``, the joint posterior given
+any kinds of evidence; ``nlf`` uses the noise level alone, in milliseconds; ``ism-bin``
+is the image-similarity search of the source paper with levels integrated over their
+bins, ``ism-sampled`` as published. ``debevec``, ``mitsunaga`` and ``robertson`` are
+methods from the literature for brackets.
 """
 
 from chartless.methods._base import CALIBRATORS, AbstractCalibrator, ChannelProgress

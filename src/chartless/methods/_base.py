@@ -1,4 +1,4 @@
-"""What every method of calibration promises, and the registry of methods."""
+"""Interface of all methods of calibration, and the registry of methods."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -16,21 +16,21 @@ from chartless.result.response import Response
 from chartless.types import JsonObject
 
 ChannelProgress = Callable[[float], None]
-"""Called now and then with the share of the work done, 0 … 1."""
+"""Function called now and then with the share of the work done, 0 … 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractCalibrator(ABC):
-    """Settings in the constructor, evidence to `calibrate`, a `Response` out."""
+    """Method of calibration: settings to the constructor, evidence to `calibrate`."""
 
     takes: ClassVar[tuple[type[AbstractChannelEvidence], ...]] = (LevelPairs,)
-    """Kinds of evidence that the method reads, of which it needs one."""
+    """Kinds of evidence that the method reads; it needs at least one."""
     uses_dark: ClassVar[bool] = False
-    """Whether frames taken with the lens covered tell this method anything."""
+    """Whether the method uses frames taken with the lens covered."""
 
     @property
     def settings(self) -> JsonObject:
-        """Settings a user may choose, as JSON types: what makes a result reproducible."""
+        """Settings that users may choose, as JSON types, to reproduce a result."""
         named = {each.name: getattr(self, each.name) for each in fields(self)}
         return {
             name: _as_json(value)
@@ -40,7 +40,7 @@ class AbstractCalibrator(ABC):
 
     @property
     def family(self) -> str | None:
-        """Name of the family of curves; None if any curve may come out."""
+        """Name of the family of curves; None for a free curve."""
         model = getattr(self, "model", None)
         return None if model is None else str(model.name)
 
@@ -50,7 +50,7 @@ class AbstractCalibrator(ABC):
         """Name in `CALIBRATORS`."""
 
     def idle(self, kinds: Collection[str]) -> list[str]:
-        """Settings that are not as usual, and change nothing where there are only these kinds."""
+        """Settings other than the defaults that have no effect on these kinds."""
         usual = type(self)()
         return [
             name
@@ -59,7 +59,7 @@ class AbstractCalibrator(ABC):
         ]
 
     def idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
-        """Names of settings that change nothing where there are only these kinds of evidence."""
+        """Names of settings without effect on these kinds of evidence."""
         del kinds
         return frozenset()
 
@@ -74,21 +74,23 @@ class AbstractCalibrator(ABC):
         Parameters
         ----------
         *evidence : AbstractChannelEvidence
-            Such as `chartless.evidence.noise.channel.LevelPairs`, at most one of each kind.
+            Evidence such as `chartless.evidence.noise.channel.LevelPairs`, at most one
+            of each kind.
         channel : str
-            Name to carry in the result.
+            Name of the channel in the result.
         progress : callable, optional
             Called with the share of the work done.
 
         Returns
         -------
         Response
-            With flags for what is doubtful. Screening has refused hopeless evidence before.
+            Response with flags for doubts. Screening should have refused useless
+            evidence.
 
         Raises
         ------
         ParameterError
-            As `calibrate_channels` does.
+            As for `calibrate_channels`.
         """
         (response,) = self.calibrate_channels({channel: evidence}, progress=progress)
         return response
@@ -104,20 +106,20 @@ class AbstractCalibrator(ABC):
         Parameters
         ----------
         channels : mapping from names to sequences of AbstractChannelEvidence
-            Each channel has the same kinds of evidence.
+            Evidence of each channel, of the same kinds in all.
         progress : callable, optional
             Called with the share of the work done.
 
         Returns
         -------
         tuple of Response
-            In the order of the channels.
+            Responses in the order of the channels.
 
         Raises
         ------
         ParameterError
-            If the method makes no use of dark frames and is given some, or if it is given no
-            evidence that it takes, or some that it does not.
+            If the method does not use dark frames but is given some, or if it is given
+            no evidence that it takes, or some that it does not take.
         """
         evidence = [ChannelEvidence(name, tuple(parts)) for name, parts in channels.items()]
         for each in evidence:
@@ -147,7 +149,7 @@ class AbstractCalibrator(ABC):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractChannelCalibrator(AbstractCalibrator):
-    """A method that estimates each channel by itself."""
+    """Method that estimates each channel by itself."""
 
     @final
     @override
@@ -166,7 +168,7 @@ class AbstractChannelCalibrator(AbstractCalibrator):
 
 
 def share_of(progress: ChannelProgress | None, place: int, n_parts: int) -> ChannelProgress | None:
-    """Progress of one of so many parts of the work."""
+    """Progress callback for one of several equal parts of the work."""
     if progress is None:
         return None
     return lambda share: progress((place + share) / n_parts)

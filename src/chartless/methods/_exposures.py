@@ -1,4 +1,4 @@
-"""What methods that read exposures alone have in common: a table of g becomes a response."""
+"""Base of the methods that read exposures alone: a table of g becomes a response."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -21,19 +21,20 @@ from chartless.types import Floats
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbstractExposureCalibrator(AbstractChannelCalibrator):
-    """A method of the literature: no noise, no error bars."""
+    """Method from the literature, without noise or error bars."""
 
     takes: ClassVar[tuple[type[AbstractChannelEvidence], ...]] = (ExposurePairs,)
 
     @abstractmethod
     def inverse_lut(self, counts: ExposureCounts) -> tuple[Floats, bool]:
-        """Irradiance at the levels up to a factor, shape (L,), and whether the search ended."""
+        """Irradiance at the levels up to a factor, shape (L,); whether it converged."""
 
     @override
     def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
         counts = evidence[ExposurePairs].counts
         lut, settled = self.inverse_lut(counts)
-        # Black and white are 0 and 1; between them such curves may turn back, cameras do not.
+        # Black and white are 0 and 1; such curves may fall in between, cameras never
+        # do.
         lut = np.concatenate([[0.0], lut[1:-1], [lut[1:].max()]])
         rising = np.maximum.accumulate(np.maximum(lut, 0.0))
         curve = SampledCurve.from_inverse(rising / rising[-1])

@@ -1,7 +1,7 @@
-"""One search for the curves of all channels, given everything that tells them.
+"""Joint search for the curves of all channels, given all evidence on them.
 
-Terms that share unknowns, such as the exposures of a bracket, are searched together, the others by
-themselves. It knows no kind of evidence.
+Terms that share unknowns, such as the exposures of a bracket, are searched together,
+the others separately. The search does not depend on the kinds of evidence.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,43 +21,43 @@ from chartless.inference.search import Mode, connected, maximise
 from chartless.inference.term import AbstractTerm
 from chartless.types import Floats
 
-_FIRST_SETTLED = 5.0  # nats: the first look is only to weigh what is looked at next
+_FIRST_SETTLED = 5.0  # nats: the first search only sets weights for the next
 _MOST_LOOKS = 20
 
 Parts: TypeAlias = Mapping[str, Sequence[AbstractCurveEvidence]]
-"""What tells the curve of each channel, by its name."""
+"""Evidence on the curve of each channel, by channel name."""
 MoreTerms: TypeAlias = Callable[
     [Mapping[str, Floats], Values], tuple[Sequence[AbstractTerm], Values]
 ]
-"""Terms that need edges and values of a first look to begin, and where they begin."""
+"""Function from edges and values of a first search to more terms and their start."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Searched:
-    """Where a search of all channels ended."""
+    """Result of a search of all channels."""
 
     space: AbstractCurveSpace
-    """Of each curve."""
+    """Space of each curve."""
     found: Mapping[str, ChannelMode]
-    """By channel."""
+    """Modes by channel."""
     terms: Mapping[str, tuple[AbstractTerm, ...]]
-    """Of the parts of each channel, in their order, as the search used them."""
+    """Terms of the parts of each channel, in order, as the search used them."""
 
 
 def searched(
     parts: Parts, space: AbstractCurveSpace, prior: CurvePrior, more: MoreTerms | None = None
 ) -> Searched:
-    """Most probable curves.
+    """Most probable curves of all channels.
 
     Parameters
     ----------
     parts : mapping from channels to sequences of AbstractCurveEvidence
     space : AbstractCurveSpace
-        Of each curve.
+        Space of each curve.
     prior : CurvePrior
-        For first guesses.
+        Prior for first guesses.
     more : callable, optional
-        Adds level pairs of one exposure.
+        Function that adds terms, those of level pairs of one exposure.
     """
     spaces = {curve_name(channel): space for channel in parts}
     values = _begun(parts, space, prior)
@@ -93,7 +93,7 @@ def searched(
 
 
 def _begun(parts: Parts, space: AbstractCurveSpace, prior: CurvePrior) -> Values:
-    """Where a first look begins: the best guess of each channel; of what they share, the mean."""
+    """Start of a first search: best guess of each channel, mean of shared unknowns."""
     values: dict[str, Floats] = {}
     shared: dict[str, list[Floats]] = {}
     for channel, own in parts.items():

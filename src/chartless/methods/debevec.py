@@ -1,4 +1,4 @@
-"""Debevec & Malik 1997: a free table of ln g over the levels, smooth, by linear least squares."""
+"""Debevec & Malik 1997: a smooth table of ln g over the levels, by least squares."""
 
 from dataclasses import dataclass
 from typing import final
@@ -12,7 +12,7 @@ from chartless.methods._base import CALIBRATORS
 from chartless.methods._exposures import AbstractExposureCalibrator
 from chartless.types import Floats
 
-_GAUGE = 1e-9  # a constant more in ln g is no other curve; levels without weight have none
+_GAUGE = 1e-9  # ln g is known up to a constant; levels without weight have no value
 
 
 @final
@@ -20,16 +20,16 @@ _GAUGE = 1e-9  # a constant more in ln g is no other curve; levels without weigh
 class DebevecCalibrator(AbstractExposureCalibrator):
     """Least squares on ln g(O) − ln E − ln t, with the irradiance E of each pixel eliminated.
 
-    Of two exposures, the residual ln g_j − ln g_i − ln ρ remains, with the weight
-    W_i W_j/(W_i + W_j), W the square of the hat function of the source [1]_.
+    For two exposures, this leaves the residual ln g_j − ln g_i − ln ρ, with the weight
+    W_i W_j/(W_i + W_j), where W is the square of the source's hat function [1]_.
 
     Parameters
     ----------
     smoothness : float
-        λ: weight of the squared second differences of ln g, the hat being 1 at most.
+        λ: weight of the squared second differences of ln g, with a hat of at most 1.
     samples : float
-        Pixels that the counts of two exposures are taken to be, as the source samples some;
-        more of them make the curve follow the pixels and not λ.
+        Number of pixels to which the counts of two exposures are scaled, as the source
+        samples some; with more, the curve follows the pixels rather than λ.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""The joint posterior of curve and noise: any curve or a family, from any kinds of evidence."""
+"""Joint posterior of curve and noise: free curve or family, any kinds of evidence."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -62,18 +62,18 @@ from chartless.result.account import Account
 from chartless.result.response import Response, Status
 from chartless.types import Floats
 
-# Root mean square by which a family misses what any curve shows, from which it is a misfit.
+# Root mean square difference of a family from a free curve that makes it a misfit.
 _WRONG = 0.02
-# Root mean square, in deviations of its band and beyond a level or so, by which the shape that one
-# kind of evidence shows is away from that of all, from which kinds disagree.
+# Kinds disagree if the shape from one differs from that of all by more than this root
+# mean square: in deviations of its band, plus about a level.
 _FAR_APART, _ALIKE = 3.0, 0.005
 _NO_PART = 10.0  # nats
-_SCENE_STEPS = 8  # of expectation maximisation, for a first scene
+_SCENE_STEPS = 8  # steps of expectation maximisation, for a first scene
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ridge:
-    """The modes of one channel that has level pairs alone, and nothing judged."""
+    """Modes of one channel with level pairs alone, before any judgement."""
 
     space: AbstractCurveSpace
     modes: list[ChannelMode]
@@ -82,7 +82,7 @@ class Ridge:
 
     @property
     def settled(self) -> bool:
-        """Whether all searches came to their end, of modes that have a part in the result."""
+        """Whether the searches of all modes that affect the result converged."""
         evidence = [found.weighted(self.share) for found in self.modes]
         least = max(evidence) - _NO_PART
         return all(
@@ -97,34 +97,37 @@ class Ridge:
 class LikelihoodSearch(AbstractCalibrator):
     """Posterior of curve and noise given any kinds of evidence.
 
-    Where level pairs of one exposure are all there is, the noise level gives the start; Fisher
-    scoring finds the most probable curve, noise and scene at each of several ratios r = u/v; curves
-    are averaged over the ratios by their evidence. Other kinds tell the curve without r: there one
-    search finds the mode of the sum of their log-likelihoods, in all channels. Beside these, level
-    pairs tell the noise; the curve they tell only where exposures are unknown and nothing else says
-    which of the powers of a curve it is. Deterministic.
+    With level pairs of one exposure alone, the search starts from the noise level;
+    Fisher scoring finds the most probable curve, noise and scene at each of several
+    ratios r = u/v; curves are averaged over the ratios, weighted by their evidence.
+    Other kinds determine the curve without r: one search finds the mode of the sum of
+    their log-likelihoods, in all channels. Beside these, level pairs determine the
+    noise. They contribute to the curve only where exposures are unknown and nothing
+    else fixes the power of the curve. Deterministic.
 
     Parameters
     ----------
     model : AbstractModel, optional
-        Family of curves; without, any curve at all, with a prior learned from cameras.
+        Family of curves; by default a free curve, with a prior learned from cameras.
     prior : CurvePrior, optional
-        Of the log slopes, instead of `chartless.curves.prior.measured_prior`: for experiments
-        that leave cameras out.
+        Prior of the log slopes, instead of `chartless.curves.prior.measured_prior`: for
+        experiments that leave cameras out.
     noise_prior : NoisePrior
-        Of the noise of one exposure, which hardly tells the ratio u/v itself.
+        Prior of the noise of one exposure, which by itself hardly constrains the ratio
+        u/v.
     weight : float
-        Of a pair of pixels in the likelihood. Below 1 it allows for what the model
-        leaves out: the histogram of the scene between its nodes, digitised curves.
+        Weight of a pair of pixels in the likelihood. Below 1 it allows for what the
+        model leaves out: the histogram of the scene between its nodes, digitised
+        curves.
     shared_noise : bool
-        Whether channels share the ratio u/v of their noise parameters. So they do where they come
-        from one sensor and were not multiplied by different gains: a gain g on the light multiplies
-        u by g and v by g².
+        Whether channels share the ratio u/v of their noise parameters. They do if they
+        come from one sensor without different gains: a gain g on the light multiplies u
+        by g and v by g².
 
     Raises
     ------
     ParameterError
-        If a setting has no meaning.
+        If a setting is out of range.
     """
 
     takes: ClassVar[tuple[type[AbstractChannelEvidence], ...]] = (
@@ -219,7 +222,7 @@ class LikelihoodSearch(AbstractCalibrator):
             progress(1.0)
         return Ridge(space, modes, share)
 
-    # Anything else, with level pairs or without
+    # Other evidence, with level pairs or without
 
     def _of_curves(self, channels: Sequence[ChannelEvidence]) -> tuple[Response, ...]:
         search = self._settled(channels)
@@ -241,7 +244,7 @@ class LikelihoodSearch(AbstractCalibrator):
             told = _both(told, _disagreement(told.estimate, shown))
             if shown:
                 told = told._replace(accounts=_shared(told.accounts, channel, search))
-            elif len(each.parts) > 1 and exponent_known:  # the others have no say in the curve
+            elif len(each.parts) > 1 and exponent_known:  # the others add nothing
                 sole = tuple(replace(account, share=1.0) for account in told.accounts)
                 told = told._replace(accounts=sole)
             if aside is not None:
@@ -259,7 +262,7 @@ class LikelihoodSearch(AbstractCalibrator):
         return tuple(responses)
 
     def _singles(self, parts: Parts) -> list[tuple[Parts, Searched]]:
-        """Searches of any curve by each kind of evidence alone; none where there is only one."""
+        """Searches of a free curve by each kind alone; none if there is only one."""
         n_kinds = len(next(iter(parts.values())))
         if n_kinds == 1:
             return []
@@ -269,7 +272,7 @@ class LikelihoodSearch(AbstractCalibrator):
         return [(each, self._free._searched(each)) for each in alone]  # noqa: SLF001 - own
 
     def _settled(self, channels: Sequence[ChannelEvidence]) -> "_Search":
-        """Search the curves, after a first search where exposures are not known."""
+        """Search the curves, after a first search if exposures are not known."""
         parts = _parts_of(channels)
         exponent_known = any(part.tells_exponent for part in channels[0].of_curve)
         if exponent_known:
@@ -289,7 +292,7 @@ class LikelihoodSearch(AbstractCalibrator):
 
     @property
     def _free(self) -> "LikelihoodSearch":
-        """The same method for any curve."""
+        """Same method with a free curve."""
         return replace(self, model=None)
 
     def _searched(self, parts: Parts, more: MoreTerms | None = None) -> Searched:
@@ -300,7 +303,7 @@ class LikelihoodSearch(AbstractCalibrator):
         return searched(parts, space, self._prior(n_levels), more)
 
     def _pairs_of(self, channels: Sequence[ChannelEvidence]) -> MoreTerms:
-        """Terms of level pairs beside others: they count as they would along the ridge."""
+        """Terms of level pairs beside others, weighted as along the ridge."""
 
         def more(edges: Mapping[str, Floats], _: Values) -> tuple[Sequence[AbstractTerm], Values]:
             terms: list[AbstractTerm] = []
@@ -324,7 +327,7 @@ class LikelihoodSearch(AbstractCalibrator):
     def _pair_term(
         self, counts: PairCounts, edges: Floats, channel: str
     ) -> tuple[PairTerm, dict[str, Floats]]:
-        """Term of level pairs that leaves the ratio free, and where it begins for a known curve."""
+        """Term of level pairs with a free ratio, and its start for a known curve."""
         noise = noise_given_curve(counts, edges, self.noise_prior.centre)
         scene = with_scene(edges, noise, counts, _SCENE_STEPS).scene
         begin = {
@@ -384,14 +387,14 @@ class LikelihoodSearch(AbstractCalibrator):
 
 
 class _Noise(NamedTuple):
-    """Noise of single frames, if any evidence tells it."""
+    """Noise of single frames, if any evidence determines it."""
 
     value: AffineNoise | None
     error: NoiseError | None
 
     @classmethod
     def of(cls, log_noise: Floats | None, covariance: Floats | None) -> "_Noise":
-        """Noise of the mean of (ln u, ln v) and their covariance."""
+        """Noise from the mean of (ln u, ln v) and their covariance."""
         if log_noise is None or covariance is None:
             return cls(None, None)
         return cls(affine(log_noise), NoiseError.from_covariance(covariance))
@@ -402,10 +405,10 @@ class _Noise(NamedTuple):
         return cls.of(found.log_noise, noise_covariance(found))
 
     def beside(self, estimate: CurveEstimate, joint: ChannelMode) -> "_Noise":
-        """Noise of level pairs in units of a curve that other evidence tells.
+        """Noise from level pairs in units of a curve from other evidence.
 
-        Of the curve they tell nothing that others do not tell better, and of the light at white
-        they tell wrong: off by 0.004 without them, by 0.03 with them (medians of four cases of
+        Level pairs add nothing to the curve, and make the light at white worse: off by
+        0.004 without them, by 0.03 with them (medians of four cases of
         benchmarks/files.py, PNG, an exposure repeated, exposures known).
         """
         assert self.value is not None
@@ -416,10 +419,11 @@ class _Noise(NamedTuple):
 
 
 def _telling_exponent(parts: Sequence[AbstractCurveEvidence]) -> list[AbstractCurveEvidence]:
-    """Parts that tell f from f^γ.
+    """Parts that distinguish f from f^γ.
 
-    Beside these, others would do harm: JPEG brackets of unknown exposures brought the error of the
-    shape by two raw shots from 0.0033 to 0.0054 (benchmarks/together.py, eight cases, median).
+    Others would do harm beside these: JPEG brackets of unknown exposures raised the
+    error of the shape from two raw shots from 0.0033 to 0.0054 (benchmarks/together.py,
+    eight cases, median).
     """
     return [part for part in parts if part.tells_exponent]
 
@@ -430,7 +434,7 @@ def _told_aside(
     told: Judgement,
     everything: Searched,
 ) -> Judgement:
-    """Add what parts say that had no say in the curve, such as exposures."""
+    """Add results of parts that did not contribute to the curve, such as exposures."""
     channel = evidence.channel
     found = everything.found[channel]
     kinds = {part.kind for part in used}
@@ -442,21 +446,21 @@ def _told_aside(
 
 
 def _idle(told: Judgement) -> Judgement:
-    """A judgement of evidence that had no say in the curve."""
+    """Judgement of evidence that did not contribute to the curve."""
     return told._replace(accounts=tuple(replace(each, share=0.0) for each in told.accounts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """A search of all channels, and the first one, which settled exposures."""
+    """Search of all channels, and the first one, which settled exposures."""
 
     parts: Parts
-    """As the last search used them."""
+    """Evidence as the last search used it."""
     first: Searched
     last: Searched
 
     def settled(self, channel: str) -> bool:
-        """Whether both came to their end."""
+        """Whether both searches converged."""
         return all(each.found[channel].mode.settled for each in (self.first, self.last))
 
 
@@ -465,10 +469,10 @@ def _parts_of(channels: Sequence[ChannelEvidence]) -> Parts:
 
 
 def _judged(channel: str, parts: Parts, result: Searched, any_curve: Searched | None) -> Judgement:
-    """What a search means for the kinds of evidence that tell the curve.
+    """Judgement of a search by the kinds of evidence that determine the curve.
 
-    Each widens the bands by what its own model leaves out. What one of several leaves out is only a
-    part of what is wrong with all: their variances are averaged.
+    Each widens the bands by what its own model leaves out. With several kinds this is
+    only a part of the error of the joint result, so their variances are averaged.
     """
     found = result.found[channel]
     estimate = CurveEstimate.of(at_mode(found, result.space, skewed=True), result.space)
@@ -484,7 +488,7 @@ def _judged(channel: str, parts: Parts, result: Searched, any_curve: Searched | 
 
 
 def _shared(accounts: Sequence[Account], channel: str, search: "_Search") -> tuple[Account, ...]:
-    """Accounts of several kinds with the share of each in what is known of the curve."""
+    """Accounts of several kinds, each with its share of the curve's information."""
     result, name = search.last, curve_name(channel)
     mode = result.found[channel].mode
     terms = {
@@ -499,10 +503,10 @@ def _shared(accounts: Sequence[Account], channel: str, search: "_Search") -> tup
 
 
 def _disagreement(estimate: CurveEstimate, singles: Sequence[CurveEstimate]) -> Judgement:
-    """Compare what single kinds of evidence show with what all show together.
+    """Compare the curve from each kind of evidence with that from all.
 
-    A kind whose shape is further away than its own band allows is flagged, and the band holds
-    it: one of them is wrong, and which one nobody knows.
+    A kind whose shape is further away than its own band allows is flagged, and the band
+    is widened to hold it: one of them is wrong, and it is not known which.
     """
     flags: tuple[Flag, ...] = ()
     for shown in singles:
@@ -516,7 +520,10 @@ def _disagreement(estimate: CurveEstimate, singles: Sequence[CurveEstimate]) -> 
 
 
 def _missed(estimate: CurveEstimate, any_curve: Posterior) -> Judgement:
-    """Widen the bands of a family by what it misses of any curve, beyond the deviation of that."""
+    """Widen a family's bands by its difference from a free curve.
+
+    Only the part beyond the deviation of the free curve counts.
+    """
     light, shown, spread = estimate.inverse_lut, any_curve.inverse, any_curve.spread
     assert spread is not None
     scale = float(light @ shown / (light @ light))
@@ -529,12 +536,12 @@ def _missed(estimate: CurveEstimate, any_curve: Posterior) -> Judgement:
 
 
 def _beyond(error: Floats | float, std: Floats | float) -> Floats:
-    """What is left of an error beyond a deviation."""
+    """Part of an error beyond a deviation, in quadrature."""
     return np.asarray(np.sqrt(np.maximum(np.square(error) - np.square(std), 0.0)))
 
 
 def _both(first: Judgement, then: Judgement) -> Judgement:
-    """A judgement and the next, which was given the estimate of the first."""
+    """Two judgements combined; the second was given the estimate of the first."""
     return Judgement(then.estimate, (*first.flags, *then.flags), (*first.accounts, *then.accounts))
 
 

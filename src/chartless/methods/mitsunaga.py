@@ -1,4 +1,4 @@
-"""Mitsunaga & Nayar 1999: g is a polynomial, its order chosen and the exposure ratios refined."""
+"""Mitsunaga & Nayar 1999: polynomial g of chosen order, refined exposure ratios."""
 
 from dataclasses import dataclass
 from typing import final
@@ -13,7 +13,7 @@ from chartless.methods._exposures import AbstractExposureCalibrator
 from chartless.types import Floats
 
 _MOST_ROUNDS, _SETTLED = 100, 1e-4
-_DARK = 0.02  # brightness below which good polynomials of steep cameras may fall by a hair
+_DARK = 0.02  # brightness below which good fits to steep cameras may dip slightly
 
 
 @final
@@ -21,15 +21,16 @@ _DARK = 0.02  # brightness below which good polynomials of steep cameras may fal
 class MitsunagaCalibrator(AbstractExposureCalibrator):
     """Least squares on g(M_longer) − ρ g(M_shorter) of neighbouring exposures, with g(1) = 1 [1]_.
 
-    Where exposures are not exact, each ρ is refined in turn with the polynomial: to the mean of
-    g(M_longer)/g(M_shorter) over the pixels. Powers of a curve and of its ratios explain a bracket
-    alike, so the ratio of the longest and the shortest exposure is held.
+    Where exposures are not exact, each ρ is refined in turn with the polynomial, to the
+    mean of g(M_longer)/g(M_shorter) over the pixels. A power of the curve with the same
+    power of the ratios explains a bracket equally well, so the ratio of the longest to
+    the shortest exposure is held.
 
     Parameters
     ----------
     most_order : int
-        Highest order tried. Of the polynomials that increase the one of least error is taken:
-        where the scene shows no bright levels, others swing there.
+        Highest order tried. The increasing polynomial with the least error is used:
+        others oscillate at bright levels that the scene does not show.
 
     References
     ----------
@@ -66,15 +67,15 @@ class MitsunagaCalibrator(AbstractExposureCalibrator):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Pair:
-    """Pixels of two exposures that are neither black nor white in both."""
+    """Pixels that are neither black nor white in either of two exposures."""
 
     longer: Floats
     """Brightness M in the longer exposure, shape (N,)."""
     shorter: Floats
     weight: Floats
-    """Of sum 1, shape (N,)."""
+    """Weights with a sum of 1, shape (N,)."""
     ratio: float
-    """ρ as it is said to be."""
+    """Nominal ρ."""
 
 
 def _neighbours(counts: ExposureCounts) -> list[_Pair]:
@@ -95,7 +96,7 @@ def _neighbours(counts: ExposureCounts) -> list[_Pair]:
 
 
 def _fitted(pairs: list[_Pair], order: int, *, refine: bool) -> tuple[Floats, float, bool]:
-    """Coefficients c_0 … c_N, their squared error and whether ratios settled."""
+    """Coefficients c_0 … c_N, their squared error and whether the ratios converged."""
     ratios = np.array([pair.ratio for pair in pairs])
     said = np.log(ratios)
     powers = [
@@ -130,7 +131,7 @@ def _fitted(pairs: list[_Pair], order: int, *, refine: bool) -> tuple[Floats, fl
                 ratios[place] = np.average(
                     (bright / np.where(lit, dark, 1))[lit], weights=pairs[place].weight[lit]
                 )
-        # Else the rounds drift along the powers.
+        # Otherwise the rounds drift along the powers.
         ratios **= said.sum() / np.log(ratios).sum()
     return coefficients, error, settled
 

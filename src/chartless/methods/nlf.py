@@ -1,4 +1,4 @@
-"""The noise level function alone, by generalised least squares: milliseconds, for live use."""
+"""Curve from the noise level alone by generalised least squares, in milliseconds."""
 
 from dataclasses import dataclass
 from typing import final
@@ -29,16 +29,16 @@ from chartless.result.response import Response, Status
 class NoiseLevelSearch(AbstractChannelCalibrator):
     """Curve from the noise level at a typical ratio u/v of the noise parameters.
 
-    The error bars allow for the ratio, which the noise level does not tell. Noise that is not
-    Gaussian is flagged as a misfit.
+    The error bars allow for the ratio, which the noise level does not determine. Noise
+    that is not Gaussian is flagged as a misfit.
 
     Parameters
     ----------
     prior : CurvePrior, optional
-        Of the log slopes, instead of `chartless.curves.prior.measured_prior`: for experiments
-        that leave cameras out.
+        Prior of the log slopes, instead of `chartless.curves.prior.measured_prior`: for
+        experiments that leave cameras out.
     noise_prior : NoisePrior
-        The curve is that of its median ratio.
+        Prior of the noise, whose median ratio the curve has.
     """
 
     prior: CurvePrior | None = None

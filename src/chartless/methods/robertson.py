@@ -1,4 +1,4 @@
-"""Robertson, Borman & Stevenson 2003: light of the pixels and a free table of g, turn by turn."""
+"""Robertson, Borman & Stevenson 2003: light of the pixels and a table of g in turn."""
 
 from dataclasses import dataclass
 from typing import final
@@ -16,19 +16,21 @@ from chartless.types import Floats
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobertsonCalibrator(AbstractExposureCalibrator):
-    """Minimum of Σ w (g − t x)² over the table g and the light x of each pixel, by turns [1]_.
+    """Minimise Σ w (g − t x)² over the table g and each pixel's light x in turn [1]_.
 
-    Pixels are taken by two exposures at a time, so that a comparagram holds all there is to know:
-    x = (w_i t g_i + w_j t′ g_j)/(w_i t² + w_j t′²) for a pair, and g at a level is the mean of t x
-    over its pixels. Levels without pixels are interpolated. Pixels that are white in the longer
-    exposure are left out: with them, g there would be the mean of all that is brighter too.
+    Two exposures are used at a time, so a comparagram is all that is needed:
+    x = (w_i t g_i + w_j t′ g_j)/(w_i t² + w_j t′²) for a pair, and g at a level is the
+    mean of t x over its pixels. Levels without pixels are interpolated. Pixels that are
+    white in the longer exposure are left out: with them, g at white would be the mean
+    over all brighter light too.
 
     Parameters
     ----------
     rounds : int
-        At most.
+        Most rounds.
     tolerance : float
-        Change of g, relative to its middle, below which the search has converged.
+        Change of g, relative to its value at the middle level, that counts as
+        converged.
 
     References
     ----------
@@ -59,7 +61,7 @@ class RobertsonCalibrator(AbstractExposureCalibrator):
         times = np.exp(counts.log_exposures - counts.log_exposures.mean())
         pairs = []
         for table in counts.forward:
-            # Of what is white in the longer exposure the light is unknown.
+            # The light of pixels that are white in the longer exposure is unknown.
             longer, shorter = np.nonzero(table.counts[:-1])
             pairs.append(
                 (

@@ -1,4 +1,4 @@
-"""What a bracket says besides the curve: exposures, scatter, and how far light is off its ratio."""
+"""Account of a bracket: exposures, scatter, and mismatch of light and exposure."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,27 +13,27 @@ from chartless.result.account import AbstractRecord, Account, Column, Fact, Fit,
 from chartless.types import Floats, JsonObject
 
 NAME = "bracket"
-"""Of this kind of evidence."""
+"""Name of this kind of evidence."""
 GOOD_MISMATCH = 0.05
-"""Of the light of two exposures from their ratio, up to which a bracket is good. Of nine measured
-cameras the four that are good are off by 0.0054 at most, the others by up to 0.0147
-(docs/brackets.md)."""
-_DARKEST = 1e-12  # of irradiance, for its logarithm
-_ALIKE = 0.0005  # relative, of exposures: not seen in four digits
+"""Relative mismatch of the light of two exposures and their ratio up to which a bracket
+is good. Of nine measured cameras, the four good ones are off by 0.0054 at most, the
+others by up to 0.0147 (docs/brackets.md)."""
+_DARKEST = 1e-12  # irradiance, for its logarithm
+_ALIKE = 0.0005  # relative difference of exposures, invisible in four digits
 
 
 class SeenTransfer(NamedTuple):
-    """Which level of an exposure follows which of a longer one."""
+    """Levels of an exposure and the corresponding levels of a longer one."""
 
     ratio: float
-    """Of the exposures, as estimated."""
+    """Ratio of the exposures, as estimated."""
     upper: tuple[float, ...]
     """Levels of the longer exposure."""
     lower: tuple[float, ...]
     """Median level of the same pixels in the shorter one."""
 
     def apart(self, curve: AbstractCurve, n_levels: int) -> Floats:
-        """Ln of the light of both by the curve, less that of the ratio; shape of `upper`."""
+        """Ln of the light ratio by the curve, less ln of `ratio`; shape of `upper`."""
         longer, shorter = (
             np.log(np.maximum(curve.inverse(np.array(levels) / (n_levels - 1)), _DARKEST))
             for levels in (self.upper, self.lower)
@@ -50,7 +50,7 @@ class SeenTransfers(AbstractRecord):
 
     @classmethod
     def from_json(cls, content: JsonObject, n_levels: int) -> Self:
-        """Read what `to_json` wrote; ValueError if it is damaged."""
+        """Read the output of `to_json`; raise ValueError if it is damaged."""
         return cls(n_levels, tuple(_transfer(each, n_levels) for each in content["transfers"]))
 
     @override
@@ -71,9 +71,9 @@ class SeenTransfers(AbstractRecord):
         return SeenTransfers(n_levels, tuple(scaled))
 
     def mismatch(self, curve: AbstractCurve) -> float | None:
-        """How far the light of two exposures is from their ratio: relative, in the median.
+        """Median relative mismatch of the light of two exposures and their ratio.
 
-        None where the exposures share no levels.
+        It is None where the exposures share no levels.
         """
         if not any(each.upper for each in self.transfers):
             return None
@@ -101,8 +101,9 @@ def account_of_bracket(
         As estimated, in the order of the inputs, the least being 1.
     transfers : SeenTransfers
     exponent_error : float, optional
-        Deviation of ln γ if the curve is known up to f^γ; 0 if the exposures are exact. A curve and
-        its powers explain a bracket alike, with exposures that are powers of each other.
+        Deviation of ln γ if the curve is known up to f^γ; 0 if the exposures are exact.
+        A curve and its powers fit a bracket equally well, with exposures that are
+        powers of each other.
     scatter : float, optional
         Relative deviation of irradiance between exposures that noise does not explain.
     """
@@ -127,12 +128,13 @@ def account_of_bracket(
 def exposure_table(
     rows: Sequence[JsonObject], accounts: Mapping[str, Account]
 ) -> tuple[Table, ...]:
-    """Exposures as given and, where they are others, as found in the middle channel.
+    """Table of exposures as given and, if different, as found in the middle channel.
 
     Parameters
     ----------
     rows : sequence of dict
-        As `chartless.evidence.bracket.screening.exposure_rows` makes them; none make no table.
+        As returned by `chartless.evidence.bracket.screening.exposure_rows`; no table if
+        empty.
     accounts : mapping from channels to Account
     """
     if not rows:
@@ -157,11 +159,11 @@ def exposure_table(
 
 
 def _found(given: Sequence[float], account: Account | None) -> Sequence[float | None]:
-    """Exposures as the pictures show them, in units of those given; None if they are these."""
+    """Exposures found, in units of those given; all None if they agree with these."""
     known = () if account is None else account["exposures"]
     if len(known) != len(given) or min(known, default=0) <= 0:
         return [None] * len(given)
-    with np.errstate(over="ignore"):  # damaged files have any numbers
+    with np.errstate(over="ignore"):  # damaged files may hold any numbers
         found = np.array(known) / known[int(np.argmin(given))] * min(given)
     same = np.allclose(found, given, rtol=_ALIKE, atol=0)
     return [None] * len(given) if same or not np.isfinite(found).all() else found.tolist()

@@ -1,4 +1,4 @@
-"""What different exposures tell of one channel."""
+"""Different exposures as evidence in one channel."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
@@ -33,9 +33,9 @@ from chartless.noise import AffineNoise
 from chartless.types import Floats
 
 LOSSY_ERROR = 0.05
-"""Of ln of exposures, given for lossy files: where they are said to err by less, they stay."""
+"""Error of ln t below which exposures given for lossy files are kept as given."""
 _QUIET_8BIT = (0.01, 0.5)  # noise at the start: brackets are taken at low ISO
-_FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of reach at the start
+_FIRST_SCATTER = 0.05  # wider than most, so that no row is out of reach at the start
 
 
 @final
@@ -43,11 +43,12 @@ _FIRST_SCATTER = 0.05  # of exposures: wider than most, so that no row is out of
 class ExposurePairs(AbstractCurveEvidence):
     """Level pairs of different exposures.
 
-    Lossy files tell exposures worse than a shutter does: ratios come out 1 to 3 % off, and much
-    surer than that (benchmarks/files.py, row exif). Where exposures are given, they stay as given;
-    what they err by goes to the band, and what the files say of them to a flag
-    (docs/design/0011-jpeg.md). Where level pairs of one exposure were needed to tell exposures
-    apart, exposures stay as found: of the light at white such pairs tell wrong.
+    Lossy files determine exposures worse than a shutter does: ratios are 1 to 3 % off,
+    with much smaller estimated errors (benchmarks/files.py, row exif). Exposures that
+    are given are kept; their errors widen the band, and a disagreement with the files
+    raises a flag (docs/design/0011-jpeg.md). Where level pairs of one exposure were
+    needed to determine the exposures, these are kept as found, as such pairs give a
+    wrong light at white.
     """
 
     kind: ClassVar[str] = NAME
@@ -55,9 +56,9 @@ class ExposurePairs(AbstractCurveEvidence):
 
     counts: ExposureCounts
     exponent_error: float = 0.0
-    """Deviation of ln γ by exposures that a first search settled."""
+    """Deviation of ln γ from exposures that a first search settled."""
     noted: tuple[Flag, ...] = ()
-    """What that search said of the exposures."""
+    """Flags of that search about the exposures."""
 
     @property
     @override
@@ -77,7 +78,7 @@ class ExposurePairs(AbstractCurveEvidence):
     @property
     @override
     def tells_exponent(self) -> bool:
-        """Whether exposures are known: others determine the curve f only up to a power f^γ."""
+        """Whether exposures are known; else the curve f is known up to a power f^γ."""
         return not self.counts.unknown
 
     @property

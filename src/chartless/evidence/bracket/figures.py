@@ -1,4 +1,4 @@
-"""Figures of brackets: what follows what from one exposure to another, seen and by the curve."""
+"""Figures of brackets: brightness transfers, observed and by the curve."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -18,7 +18,7 @@ _MOST_APART = 0.3  # relative, at the ends of a scale
 
 
 def figures(channels: Sequence[Response]) -> tuple[Figure, ...]:
-    """Figures of the channel by which the bracket is judged; none without levels shared."""
+    """Figures of the channel that judges the bracket; none if no levels are shared."""
     shown = typical(channels, NAME, "mismatch")
     if shown is None or not _transfers(shown):
         return ()
@@ -35,7 +35,7 @@ def figures(channels: Sequence[Response]) -> tuple[Figure, ...]:
 
 
 def draw_transfers(axes: Axes, response: Response) -> None:
-    """Level of an exposure over that of a longer one, seen and by the curve."""
+    """Draw level against level in a longer exposure, observed and by the curve."""
     axes.set(
         title=f"Transfer, channel {response.name} (dots: seen, lines: model)",
         xlabel="level in the longer exposure",
@@ -52,7 +52,7 @@ def draw_transfers(axes: Axes, response: Response) -> None:
 
 
 def draw_transfer_errors(axes: Axes, response: Response) -> None:
-    """How much more light the longer exposure has than the curve makes of it, level by level."""
+    """Draw the light ratio by the curve over the exposure ratio, level by level."""
     axes.set(
         title="Light of the pair over what the exposures say",
         xlabel="level in the longer exposure",
@@ -67,7 +67,7 @@ def draw_transfer_errors(axes: Axes, response: Response) -> None:
 
 
 def _transfers(response: Response) -> list[tuple[SeenTransfer, str]]:
-    """Transfers from the least ratio, at most so many, and a colour for each."""
+    """Transfers in order of ratio, thinned to one for each colour, with colours."""
     found = sorted(_seen(response), key=lambda each: each.ratio)
     found = found[:: max(1, -(-len(found) // len(SERIES_COLOURS)))]
     return list(zip(found, SERIES_COLOURS, strict=False))
@@ -80,7 +80,7 @@ def _seen(response: Response) -> list[SeenTransfer]:
 
 
 def _words_of_transfers(response: Response) -> str:
-    """What level follows which, in the middle of the longer exposure."""
+    """Text on corresponding levels in the middle of the longer exposure."""
     transfers = _seen(response)
     n, ratios = len(transfers), sorted(each.ratio for each in transfers)
     nearest = min(transfers, key=lambda each: each.ratio)
@@ -94,7 +94,7 @@ def _words_of_transfers(response: Response) -> str:
 
 
 def _words_of_errors(channels: Sequence[Response], shown: Response) -> str:
-    """How far the light of two exposures is from their ratio, and what is left as scatter."""
+    """Text on the mismatch of light and exposure ratio, and on the scatter."""
 
     def mismatch(response: Response) -> str:
         account = response.account(NAME)

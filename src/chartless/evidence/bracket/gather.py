@@ -1,19 +1,19 @@
-"""Exposures of one scene in, comparagrams out.
+"""Comparagrams from exposures of one scene.
 
-Each frame is read once, and of its pixels an even sample is kept: single pixels, never means, as
-the mean of a saturated pixel and its neighbour is a level that no curve explains. Each exposure is
-then compared with the next three, pixel by pixel; more pairs take longer and
-tell little more (on nine real cameras the median error is 0.0059 with neighbours alone,
-0.0055 with the next two, 0.0051 with the next three).
+Each frame is read once, and an even sample of its pixels is kept: single pixels, never
+means, as the mean of a saturated pixel and its neighbour is a level that no curve
+explains. Each exposure is then compared with the next three, pixel by pixel; more pairs
+take longer and add little (on nine real cameras the median error is 0.0059 with
+neighbours alone, 0.0055 with the next two, 0.0051 with the next three).
 
-Files that lose something, such as JPEG, blur clipping: a pixel in a block with white pixels is not
-evidence of its level, and levels next to white and black may be either. Their levels err as much as
-their light, in either exposure, and pairs are compared both ways: what one way takes too high the
-other takes too low (docs/design/0011-jpeg.md).
+Lossy files, such as JPEG, blur clipping: a pixel in a block with white pixels is not
+evidence of its level, and levels next to white and black may be clipped or not. Levels
+err as much as light, in both exposures, so pairs are compared both ways, with errors of
+opposite sign (docs/design/0011-jpeg.md).
 
-Coloured pixels get less weight than grey ones. What a camera does to a colour beyond its curve (a
-matrix, a gamut, a film look) moves red, green and blue against each other; of neutral pixels it
-moves none. Where the scene has no greys, coloured pixels still count.
+Coloured pixels get less weight than grey ones. Colour processing beyond the curve (a
+matrix, a gamut, a film look) shifts red, green and blue against each other, but leaves
+neutral pixels unchanged. Where the scene has no greys, coloured pixels still count.
 """
 
 import math
@@ -42,52 +42,54 @@ from chartless.types import Bools, Counts, Floats, Floats32, Levels
 MOST_LEVELS = 256
 """Levels at which exposures are compared; a finer curve is interpolated."""
 LEAST_STEP = math.log(1.05)
-"""Of ln of the exposure; below, two exposures are as good as one."""
+"""Least difference of ln of the exposure; below it, two exposures count as one."""
 LOSSY_MARGIN = 3
-"""Levels next to black and white that lossy compression makes of clipped pixels."""
+"""Number of levels next to black and white that lossy compression makes of clipped
+pixels."""
 UNALIGNED_WHITE = 0.15
 """Relative deviation of the light at white where levels of lossy files are matched by rank: blocks
 that hold white cannot be left out then (benchmarks/files.py, row unaligned)."""
 SAMPLE = 1 << 18
-"""Pixels of a frame that are kept, at most."""
+"""Largest number of pixels of a frame that are kept."""
 GREY_PIXELS, COLOURED_PIXELS = 1000.0, 100.0
-"""Pixels of a level of the longer exposure that are counted, at most."""
+"""Largest numbers of pixels counted for a level of the longer exposure."""
 COLOURED_TRUST = 0.1
-"""Weight of a coloured pixel, that of a grey one being 1."""
+"""Weight of a coloured pixel relative to that of a grey one."""
 NEUTRAL = 0.12
-"""Difference of the largest and the least channel, as a share of the largest, of a grey pixel."""
-_APART = (1, 2, 3)  # steps of exposure between those that are compared
-_DARK, _BRIGHT = 0.08, 0.96  # levels from which the cast of the light is read
+"""Largest difference between channels of a grey pixel, as a share of the largest
+channel."""
+_APART = (1, 2, 3)  # steps between the exposures that are compared
+_DARK, _BRIGHT = 0.08, 0.96  # range in which the colour cast of the light is measured
 _LEAST_CAST = 100  # pixels
-_DIM, _GROUPS, _ENOUGH = 8, 2, 100  # level above black; groups in a stop; pixels of a group
+_DIM, _GROUPS, _ENOUGH = 8, 2, 100  # least level; groups per stop; pixels per group
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class BracketEvidence(AbstractEvidence):
-    """What is kept of the exposures of one still scene."""
+    """Evidence from the exposures of one still scene."""
 
     tables: dict[str, tuple[Comparagram, ...]]
-    """Of each channel, by its name: one for any two exposures, weighted."""
+    """Weighted tables of each channel, by name: one for each pair of exposures."""
     log_exposures: Floats
-    """ln of the exposures as given or, if they are unknown, as a usual camera would have them,
-    shape (K,)."""
+    """ln of the exposures as given or, if unknown, as for an average camera, shape
+    (K,)."""
     exposure_error: float
-    """Deviation of each; 0 if they are exact."""
+    """Deviation of each ln t; 0 if they are exact."""
     histograms: dict[str, Counts]
-    """How often each level occurs in what is compared of each exposure, shape (K, L)."""
+    """Counts of each level among the compared pixels of each exposure, shape (K, L)."""
     clipped: Floats
-    """Shares of black and of white in each exposure, of all channels, shape (K, 2): of whole
-    frames, where in lossy files blocks that hold white are not compared."""
+    """Shares of black and white in each exposure, over all channels, shape (K, 2). They
+    are of whole frames, although blocks with white are not compared in lossy files."""
     checks: tuple[PairCheck, ...]
-    """One for each exposure and the next, their levels brought together."""
+    """Checks of each exposure and the next, with levels matched."""
     overlaps: tuple[float, ...]
     """Share of usable pixels that are neither black nor white in an exposure and the next."""
     brightenings: tuple[float, ...]
-    """ln of the level of such pixels in the next exposure over that in an exposure, where that
-    differs most; NaN if there are too few."""
+    """Change of ln of the level of such pixels from an exposure to the next, where it
+    is largest; NaN if there are too few."""
     bit_depth: int
-    """Of the frames as read."""
+    """Bit depth of the frames as read."""
     sources: tuple[FrameSource, ...]
     """One for each exposure, in the order given."""
     scenes: SceneChain | None = None
@@ -112,7 +114,7 @@ class BracketEvidence(AbstractEvidence):
         return ExposurePairs(self.counts(name))
 
     def counts(self, channel: str) -> ExposureCounts:
-        """Evidence of one channel, as the likelihood takes it."""
+        """Return the evidence of one channel, prepared for the likelihood."""
         return ExposureCounts(
             self.tables[channel],
             self.log_exposures,
@@ -124,16 +126,16 @@ class BracketEvidence(AbstractEvidence):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sample:
-    """What is kept of a frame until all have been read."""
+    """Pixels kept of a frame until all have been read."""
 
     levels: dict[str, Levels]
-    """Of the chosen pixels, shape (N,)."""
+    """Levels of the chosen pixels by channel, shape (N,)."""
     usable: Bools
-    """Whether they lie in the mask and away from what is saturated, shape (N,)."""
+    """Whether they lie in the mask and away from saturated pixels, shape (N,)."""
     touched: Bools
     """Whether they lie in a block that holds white, shape (N,): not usable if the file is lossy."""
     chroma: Floats32
-    """How far they are from grey, shape (N,)."""
+    """Distance from grey, shape (N,)."""
 
 
 def bracket_evidence(
@@ -157,7 +159,7 @@ def bracket_evidence(
     log_exposures : ndarray, shape (K,), or None
         ln of their exposures, up to a constant; None if unknown.
     exposure_error : float
-        Deviation of each; 0 if they are exact.
+        Deviation of each ln t; 0 if they are exact.
     channels : str
         As for `chartless.frames.channels.planes_of`.
     n_levels : int
@@ -165,13 +167,13 @@ def bracket_evidence(
     mask : ndarray of bool, shape (M, N), optional
         Only pixels where it is True are used.
     bloom_radius : int
-        Pixels around saturated ones that are left out of an exposure, at most half the smaller
-        side of a frame; 0 if not `aligned`.
+        Radius around saturated pixels that is left out of an exposure, in pixels, at
+        most half the smaller side of a frame; 0 if not `aligned`.
     aligned : bool
-        Whether a pixel sees the same spot in all frames. If not, levels are matched by their
-        rank: the brightest tenth of one exposure is the brightest tenth of the other (Grossberg
-        & Nayar 2003, "Determining the camera response from images: what is knowable?",
-        doi:10.1109/TPAMI.2003.1240119).
+        Whether a pixel shows the same spot in all frames. If not, levels are matched by
+        their rank: the brightest tenth of one exposure is the brightest tenth of the
+        other (Grossberg & Nayar 2003, "Determining the camera response from images:
+        what is knowable?", doi:10.1109/TPAMI.2003.1240119).
     on_frame : callable, optional
         Called with each frame when it has been read.
 
@@ -235,7 +237,7 @@ def bracket_evidence(
 
 
 class _Reading:
-    """What is kept of frames that are read one by one."""
+    """Accumulator of frames that are read one by one."""
 
     def __init__(
         self,
@@ -257,12 +259,12 @@ class _Reading:
 
     @property
     def bit_depth(self) -> int:
-        """Of the frames."""
+        """Bit depth of the frames."""
         assert self._first is not None
         return self._first.bit_depth
 
     def read(self, frame: Frame) -> None:
-        """Take the next frame; raises as `bracket_evidence`."""
+        """Add the next frame; raises like `bracket_evidence`."""
         if self._first is None:
             require_mask(self._mask, frame)
             _require_one_curve(frame, self._channels)
@@ -312,10 +314,10 @@ def _brightenings(samples: list[_Sample], inner: list[Bools]) -> tuple[float, ..
 
 
 def _brightening(before: Levels, after: Levels) -> float:
-    """Ln of the rise of levels where they rise, or fall, most; NaN if there are too few pixels.
+    """Largest rise or fall of ln of the level; NaN if there are too few pixels.
 
-    Pixels are grouped by the sum of both levels, so that noise moves none to a group for having
-    risen. A hard shoulder hides the rise in some groups, not in all.
+    Pixels are grouped by the sum of both levels, so that a rise by noise does not
+    affect the group. A hard shoulder hides the rise in some groups, not in all.
     """
     one, other = before.astype(np.float64), after.astype(np.float64)
     shown = one + other >= 2 * _DIM
@@ -327,7 +329,8 @@ def _brightening(before: Levels, after: Levels) -> float:
         if rises.size < _ENOUGH:
             continue
         middle = way * float(np.median(rises))
-        # Deviation of a median of Gaussian values, √(π/2) that of a mean, from theirs by 1.4826.
+        # Medians of Gaussian values have √(π/2) times the deviation of means; 1.4826
+        # turns a median absolute deviation into a standard deviation.
         spread = 1.4826 * float(np.median(np.abs(rises - middle)))
         sure = max(middle - 2 * (np.pi / 2 / rises.size) ** 0.5 * spread, 0.0)
         found = sure if math.isnan(found) else max(found, sure)
@@ -335,7 +338,7 @@ def _brightening(before: Levels, after: Levels) -> float:
 
 
 def _guessed(samples: list[_Sample], inner: list[Bools], n_levels: int) -> Floats:
-    """Ln of the exposures if the camera were the mean of all, shape (K,)."""
+    """Ln of the exposures for an average camera, shape (K,)."""
     edges = irradiance_at_edges(measured_prior(n_levels).mean)
     log_light = np.log((edges[1:] + edges[:-1]) / 2)
     steps = [0.0]
@@ -361,14 +364,14 @@ def _histograms(samples: list[_Sample], channel: str, n_levels: int) -> Counts:
 
 
 def _clipped(histograms: dict[str, Counts]) -> Floats:
-    """Shares of black and of white in each exposure, of all channels, shape (K, 2)."""
+    """Shares of black and white in each exposure, over all channels, shape (K, 2)."""
     counts = np.sum([*histograms.values()], axis=0)
     total = np.maximum(counts.sum(axis=1, keepdims=True), 1)
     return np.asarray(counts[:, [0, -1]] / total)
 
 
 def _followed(first: Levels, second: Levels, n_levels: int) -> Levels:
-    """Level of the second exposure that follows each of the first, shape (L,)."""
+    """Level of the second exposure that corresponds to each of the first: (L,)."""
     counts = np.bincount(first.astype(np.intp) * n_levels + second, minlength=n_levels**2)
     inner = counts.reshape(n_levels, n_levels).astype(np.float64)
     inner[:, [0, -1]] = 0
@@ -381,14 +384,14 @@ def _followed(first: Levels, second: Levels, n_levels: int) -> Levels:
 
 
 def _pairs(log_exposures: Floats) -> list[tuple[int, int]]:
-    """Numbers of a shorter and a longer exposure that are compared."""
+    """Pairs of exposures to compare, as numbers of the shorter and the longer one."""
     order = np.argsort(log_exposures, kind="stable")
     steps = [(a, b) for apart in _APART for a, b in zip(order, order[apart:], strict=False)]
     return [(int(a), int(b)) for a, b in steps if log_exposures[b] - log_exposures[a] > LEAST_STEP]
 
 
 class _History:
-    """What frames tell of lossy compression, read one by one."""
+    """Detector of lossy compression in frames that are read one by one."""
 
     def __init__(self) -> None:
         self.lossy = False
@@ -396,11 +399,11 @@ class _History:
         self._sure = False
 
     def blocks(self, frame: Frame) -> Blocks:
-        """Blocks that were coded together in a frame, if it was a JPEG, as far as is known."""
+        """Return the blocks coded together in a frame, if known to be from a JPEG."""
         if frame.blocks is not None:
             self.lossy = True
             return frame.blocks
-        if not self._sure:  # frames of a bracket have one history
+        if not self._sure:  # frames of a bracket share one history
             found, self._sure = former_blocks(frame.levels)
             if found is not None:
                 self.lossy, self._blocks = True, found
@@ -417,7 +420,7 @@ def _require_same_pixels(bloom_radius: int, *, aligned: bool) -> None:
 
 
 def _require_one_curve(frame: Frame, channels: str) -> None:
-    """Refuse luma of colours in a bracket: by colour it mixes three curves differently."""
+    """Refuse luma of coloured frames: its mix of three curves depends on colour."""
     levels = frame.levels
     if channels == "luma" and levels.shape[-1] > 1 and np.any(levels != levels[..., :1]):
         msg = (
@@ -443,7 +446,7 @@ def _sample(planes: dict[str, Levels], n_levels: int, usable: Bools, touched: Bo
 
 
 def _chroma(planes: list[Levels], n_levels: int) -> Floats32:
-    """Difference of largest and least channel over the largest, the cast of the light removed."""
+    """Difference of extreme channels over the largest, with the cast removed."""
     if len(planes) == 1:
         return np.zeros(planes[0].size, dtype=np.float32)
     top = n_levels - 1
@@ -464,7 +467,7 @@ def _compared(
     histograms: dict[str, Counts],
     margin: int,
 ) -> dict[str, tuple[Comparagram, ...]]:
-    """Comparagrams of pixels at the same place, of each channel."""
+    """Comparagrams of each channel from pixels at the same place."""
     tables: dict[str, list[Comparagram]] = {name: [] for name in histograms}
     most = np.array([GREY_PIXELS, COLOURED_PIXELS])[:, np.newaxis]
     for shorter, longer in pairs:
@@ -473,7 +476,7 @@ def _compared(
         kinds = np.flatnonzero(usable & grey), np.flatnonzero(usable & ~grey)
         for name, seen in histograms.items():
             n_levels = seen.shape[1]
-            # Cells of no more than 256 levels are counted by 16 bits.
+            # Cell numbers fit 16 bits, as there are no more than 256 levels.
             cell = b.levels[name].astype(np.uint16) * np.uint16(n_levels) + a.levels[name]
             counts = np.stack([np.bincount(cell[kind], minlength=n_levels**2) for kind in kinds])
             counts = counts.reshape(2, n_levels, n_levels)
@@ -497,7 +500,7 @@ def _compared(
 def _matched(
     histograms: Counts, pairs: list[tuple[int, int]], margin: int
 ) -> tuple[Comparagram, ...]:
-    """Comparagrams of pixels of the same rank."""
+    """Comparagrams from pixels of the same rank."""
     tables = []
     for shorter, longer in pairs:
         below = [np.cumsum(histograms[each]) / histograms[each].sum() for each in (longer, shorter)]
@@ -514,7 +517,7 @@ def _matched(
 
 
 def _weighted(counts: Counts | Floats, most: float) -> Floats:
-    """Counts with rows of no more than so many."""
+    """Scale counts so that no row exceeds `most`."""
     return np.asarray(
         counts * np.minimum(1.0, most / np.maximum(counts.sum(axis=1), 1e-9)[:, np.newaxis])
     )

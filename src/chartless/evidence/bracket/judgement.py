@@ -1,4 +1,4 @@
-"""What a search means for a bracket: exposures, scatter, flags, and bands that hold."""
+"""Judgement of a search with a bracket: exposures, scatter, flags and bands."""
 
 import numpy as np
 
@@ -18,33 +18,37 @@ from chartless.inference.posterior import covariance_of
 from chartless.noise import AffineNoise
 from chartless.types import Floats
 
-# Deviation of ln γ above which the power of a curve is an open question; deviations of exposures
-# from what they are said to be; relative scatter above which they do not belong together.
+# Deviation of ln γ above which the power of a curve is undetermined; deviations of
+# exposures from their given values; relative scatter above which they do not belong
+# together.
 _UNSURE_EXPONENT, _FAR_OFF, _MUCH_SCATTER = 0.05, 3.0, 0.15
-# Deviation of ln γ that repeats cannot undercut: by how the noise between exposures and the
-# shoulder are taken, γ moved by 0.01 to 0.05, on photographs and on scenes whose density is the
-# inverse of light.
+# Least deviation of ln γ with repeats: γ moved by 0.01 to 0.05 with the treatment of
+# the noise between exposures and of the shoulder, on photographs and on scenes whose
+# density is the inverse of light.
 _EXPONENT_LIMIT = 0.03
-# And that of lossless exposures that are nearly known: what 0.0045 lacked to hold 0.0053 in 32
-# cases of benchmarks/files.py, PNG, exposures off by 2 %.
+# The same for lossless exposures that are nearly known: what 0.0045 lacked to reach the
+# 0.0053 needed in 32 cases of benchmarks/files.py, PNG, exposures off by 2 %.
 _EXPONENT_LOSSLESS = 0.003
-# And where nothing but the prior tells γ (benchmarks/files.py, row unknown).
+# The same where only the prior determines γ (benchmarks/files.py, row unknown).
 _EXPONENT_BY_PRIOR = 0.3
-# Of ln t, against those given, so small that rounded shutters stay below; and as a share of the
-# extent of ln t, where lossy files are 3 % off though exposures are right.
+# Change of ln t from the given values above which exposures are off, so small that
+# rounded shutter times stay below; and as a share of the range of ln t, where lossy
+# files are 3 % off though exposures are right.
 _OTHER_EXPOSURES, _OTHER_BY_LOSSY = 0.05, 0.1
-# Deviation of the light above the highest level that shows, as a share of what the prior expects
-# there: of digital cameras it is up to two and a half times that, and of lossy files the highest
-# levels hold least of what is bright (benchmarks/files.py, PNG and JPEG).
+# Deviation of the light above the highest level observed, as a share of what the prior
+# expects there: for digital cameras it is up to two and a half times that, and in lossy
+# files the highest levels hold the fewest bright pixels (benchmarks/files.py, PNG and
+# JPEG).
 _UNSEEN, _UNSEEN_LOSSY = 0.5, 1.5
-# Levels of lossy files err together, not pixel by pixel, and so do those that are matched by rank.
-# Deviation of their shape, as a multiple of what independent pixels would leave; beyond it, in
-# levels and as a share of the noise. Chosen on sixteen cases of benchmarks/files.py, JPEG at three
-# noise levels, checked on sixteen others.
+# Errors of levels are correlated between pixels in lossy files, and where levels are
+# matched by rank. Deviation of their shape, as a multiple of that for independent
+# pixels; further deviations in levels and as a share of the noise. Chosen on sixteen
+# cases of benchmarks/files.py, JPEG at three noise levels, checked on sixteen others.
 _TOGETHER_TIMES, _TOGETHER_LEVELS, _TOGETHER_NOISE = 2.0, 1.0, 0.2
-# Where blocks that hold white are left out, noise chooses what is compared beside white: relative
-# deviations of the shape and of the light at white, in those of the noise at white. Of eighteen
-# other brackets, grey JPEG of quality 92 by soft curves, they hold what was off by five.
+# Where blocks with white are left out, noise selects the pixels compared near white:
+# relative deviations of the shape and of the light at white, in deviations of the noise
+# at white. In eighteen other brackets, grey JPEG of quality 92 by soft curves, they
+# cover errors of five deviations.
 _CHOSEN_SHAPE, _CHOSEN_WHITE = 1.5, 3.0
 
 
@@ -63,14 +67,14 @@ def judged(
     estimate : CurveEstimate
     found : ChannelMode
     counts : ExposureCounts
-        As the search used them.
+        Counts as the search used them.
     exponent_error : float
-        Deviation of ln γ by exposures that a first search settled.
+        Deviation of ln γ from exposures that a first search settled.
     noted : tuple of Flag
-        What that search said of the exposures.
+        Flags of that search about the exposures.
     """
     log_exposures, error = exposures_found(counts, found)
-    # Exposures that are free here were found beside other evidence, which determines γ.
+    # Exposures that are free here were found with other evidence, which determines γ.
     least = least_exponent_error(counts, noise_known=True)
     error = float(np.hypot(np.hypot(error, least), exponent_error))
     scatter = float(np.exp(found.mode.values[scatter_name(found.channel)][0]))
@@ -101,7 +105,7 @@ def judged(
 
 
 def least_exponent_error(counts: ExposureCounts, *, noise_known: bool) -> float:
-    """Deviation of ln γ that a bracket cannot undercut."""
+    """Least deviation of ln γ by a bracket."""
     if counts.unknown:
         return _EXPONENT_LIMIT if noise_known else _EXPONENT_BY_PRIOR
     if counts.settled:
@@ -124,19 +128,19 @@ def exposures_found(counts: ExposureCounts, found: ChannelMode) -> tuple[Floats,
 
 
 def _errors_together(estimate: CurveEstimate, noise: AffineNoise) -> Floats:
-    """Deviation of g at the levels beyond that by independent pixels, shape (L,)."""
+    """Deviation of g at the levels beyond that for independent pixels, shape (L,)."""
     light = estimate.inverse_lut
     variance = (
         (_TOGETHER_TIMES**2 - 1) * estimate.shape_or_all**2
         + (_TOGETHER_LEVELS * np.gradient(light)) ** 2
         + _TOGETHER_NOISE**2 * noise.variance(light)
     )
-    variance[[0, -1]] = 0.0  # black and white are what they are by definition
+    variance[[0, -1]] = 0.0  # black and white are fixed by definition
     return np.asarray(np.sqrt(variance))
 
 
 def _with_noise_beside_white(estimate: CurveEstimate, noise: AffineNoise) -> CurveEstimate:
-    """Estimate whose bands hold what noise does where lossy blocks with white are left out."""
+    """Widen the bands by the noise where lossy blocks with white are left out."""
     at_white = float(np.sqrt(noise.variance(np.array(1.0))))
     below_white = np.append(estimate.inverse_lut[:-1], 0.0)
     wider = estimate.with_level_errors(_CHOSEN_SHAPE * at_white * below_white)
@@ -144,14 +148,14 @@ def _with_noise_beside_white(estimate: CurveEstimate, noise: AffineNoise) -> Cur
 
 
 def _unseen_error(counts: ExposureCounts, estimate: CurveEstimate) -> float:
-    """Relative deviation of the light at white by what no level shows of it."""
+    """Relative deviation of the light at white due to levels that are not observed."""
     highest = min(counts.observed_levels[1], counts.n_levels - 2 - counts.margin)
     share = 1.0 - float(estimate.inverse_lut[highest])
     return (_UNSEEN_LOSSY if counts.lossy else _UNSEEN) * share
 
 
 def are_off(counts: ExposureCounts, found: Floats) -> bool:
-    """Whether ln of the exposures found is not what was given."""
+    """Whether ln of the exposures found differs from what was given."""
     if counts.settled:
         return False
     off = float(np.ptp(found - counts.log_exposures))
@@ -162,7 +166,7 @@ def are_off(counts: ExposureCounts, found: Floats) -> bool:
 
 
 def seen_transfers(counts: ExposureCounts, log_exposures: Floats) -> SeenTransfers:
-    """What the pictures show of the curve before any model, rounded for the file."""
+    """Brightness transfers observed before any model, rounded for the file."""
     found = []
     for table in counts.forward:
         upper, lower = brightness_transfer(table.counts)

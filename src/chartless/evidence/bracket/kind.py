@@ -143,7 +143,7 @@ def _require_row(row: JsonObject) -> None:
 
 
 def _require_rest(evidence: BracketEvidence, bloom_radius: int) -> None:
-    """Refuse a radius of bloom that takes away all of an exposure."""
+    """Refuse a bloom radius that leaves no pixel of an exposure."""
     counts = next(iter(evidence.histograms.values())).sum(axis=1)
     if bloom_radius and not counts.all():
         msg = (

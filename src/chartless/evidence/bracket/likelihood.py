@@ -1,32 +1,34 @@
-r"""How probable the levels of one exposure are, given those of a longer one of the same scene.
+r"""Likelihood of the levels of one exposure given those of a longer one.
 
-A pixel that shows level j in the longer exposure had the irradiance g_j there, up to rounding and
-noise, and g_j/ρ in an exposure ρ times shorter. There it shows level i with probability
+A pixel of a scene that shows level j in the longer exposure had the irradiance g_j
+there, up to rounding and noise, and g_j/ρ in an exposure ρ times shorter. There it
+shows level i with probability
 
 .. math::
     P(i | j) = Φ\Bigl(\frac{e_{i+1} - m_j}{s_j}\Bigr) - Φ\Bigl(\frac{e_i - m_j}{s_j}\Bigr), \qquad
     m_j = \frac{g_j}{ρ}, \quad
     s_j^2 = u m_j + v + \frac{u g_j + v + Δ_j^2/12}{ρ^2} + κ^2 m_j^2,
 
-with edges e as in `chartless.evidence.noise.likelihood`, Δ_j the irradiance that level j covers,
-and κ a relative scatter of what neither curve nor noise explains: colours mapped into a gamut,
-edges a pixel off.
-Rounding and clipping of the shorter exposure are part of the model; what is black or saturated in
-the longer one is no condition, as its irradiance is unknown. A small share of pixels may show any
-level: what moved.
+with edges e as in `chartless.evidence.noise.likelihood`, Δ_j the range of irradiance of
+level j, and κ a relative scatter that neither curve nor noise explains: colours mapped
+into a gamut, edges a pixel off. Rounding and clipping of the shorter exposure are part
+of the model; black and saturated levels of the longer one are not conditioned on, as
+their irradiance is unknown. A small share of pixels may show any level, as something
+moved.
 
-The scene is eliminated. Given j it matters only where it is uneven over the width of the noise:
-there the mean of the irradiance is not g_j but g_j + σ²(g_j) d ln h/dI + u, h the density of the
-light that the longer exposure shows (Tweedie's formula; Efron 2011,
-doi:10.1198/jasa.2011.tm11181; u because the noise itself grows with the light). And what κ stands
-for does not shrink with the number of pixels. Both need a first estimate, after which
-`ExposureModel.informed` tells them.
+The scene is eliminated. Given j, it matters only where it is uneven over the width of
+the noise: there the mean of the irradiance is not g_j but g_j + σ²(g_j) d ln h/dI + u,
+with h the density of the light in the longer exposure (Tweedie's formula; Efron 2011,
+doi:10.1198/jasa.2011.tm11181; u because the noise itself grows with the light). And the
+errors described by κ do not average out over pixels. Both corrections need a first
+estimate, from which `ExposureModel.informed` computes them.
 
-Where repeated exposures tell the noise, u and v here are only what fits: real noise is known
-better, and must not be bent to what lies between exposures. Nor may they say which of the curves
-f^γ it is, through how the spread grows with irradiance. So unless the exposures are exact, after
-the first estimate the noise of a row is that share of m_j which it was there, times a common
-factor: it turns with γ as all does.
+Where repeated exposures determine the noise, u and v here are only effective values:
+the real noise is known better, and must not be distorted by the scatter between
+exposures. Nor may u and v select one of the curves f^γ through the growth of the spread
+with irradiance. So unless the exposures are exact, after the first estimate the noise
+of a row is a fixed share of m_j, that of this estimate, times a common factor: it
+changes with γ like everything else.
 
 A table of such counts is a comparagram (Mann 2000, "Comparametric equations with practical
 applications in quantigraphic image processing", doi:10.1109/83.855434).
@@ -47,19 +49,20 @@ from chartless.types import Bools, Floats, Indices
 STRAY = 0.01
 """Share of pixels that may show any level."""
 TYPICAL_SCATTER, SCATTER_SPREAD = 0.02, 1.0
-"""Relative scatter κ of frames, and the deviation of its logarithm."""
+"""Prior median of the relative scatter κ of frames, and deviation of its logarithm."""
 _NORMAL = 1 / np.sqrt(2 * np.pi)
 FIRST_PIXELS = 10.0
-"""Pixels that a row counts as at most, before its scatter is known."""
-_SHARED = 0.3  # of the variance of the scatter: common to all pixels of a level
+"""Largest number of pixels that a row counts as before its scatter is known."""
+_SHARED = 0.3  # share of the variance of the scatter common to all pixels of a level
 _MOST_SHIFT = 0.5
 _SAME_RATIO = 1e-3  # relative
 _UNKNOWN = 0.5  # error of exposures above which they count as unknown
-# Of lossy files, relative deviation that the pixels of a row share, as a multiple of its shift, for
-# a longer exposure that is given and for a shorter one: compression selects what is compared, and
-# that is not in the shift. Measured, benchmarks/files.py at 10,000 and 1,000 electrons.
+# Relative deviation that the pixels of a row of lossy files share, as a multiple of its
+# shift, conditioned on the longer exposure and on the shorter: compression selects the
+# pixels compared, which the shift does not include. Measured, benchmarks/files.py at
+# 10,000 and 1,000 electrons.
 _LOSSY_DOUBT, _LOSSY_DOUBT_REVERSED = 5.0, 20.0
-_NEVER = 1e3  # deviations that no pixel is away
+_NEVER = 1e3  # deviations that no pixel reaches
 _REACH = 4.5  # deviations from the expected level beyond which only stray pixels show
 
 
@@ -67,60 +70,64 @@ class Conditions(NamedTuple):
     """The J rows of a table that have counts, weighted as they enter the likelihood."""
 
     upper: Indices
-    """Edge above the level j of each, shape (J,); below it is the one before."""
+    """Index of the edge above the level j of each row, shape (J,); the one before is
+    below it."""
     counts: Floats
-    """Weighted, shape (J, L)."""
+    """Weighted counts, shape (J, L)."""
     n: Floats
-    """Their sums, shape (J,)."""
+    """Sums of the weighted counts, shape (J,)."""
     n_pixels: Floats
-    """The same before they were weighted."""
+    """Sums of the unweighted counts, shape (J,)."""
     trust: Floats
-    """Shape (J,)."""
+    """Trust of each row, shape (J,)."""
     stray: Floats
-    """Probability of each level where a pixel may show any, shape (L,)."""
+    """Share of stray pixels at each level, shape (L,)."""
     clipped: Bools
-    """Edges that lie within black or within white, shape (L − 1,): no pixel tells their sides
-    apart."""
+    """Whether edges lie within black or within white, shape (L − 1,), where no pixel
+    distinguishes their sides."""
     far: float
-    """Log-likelihood if all pixels were such."""
+    """Log-likelihood if all pixels were stray."""
 
 
 @dataclass(frozen=True, eq=False)
 class Comparagram:
-    """How often pixels show level j in one exposure and level i in a shorter one.
+    """Counts of pixels with level j in one exposure and level i in a shorter one.
 
-    Those of one exact ratio add up to one. A table may be read the other way round: then its longer
-    exposure is the shorter of the two, and the ratio ρ lies below 1.
+    Tables of the same exact ratio are added. A table may be reversed: then its longer
+    exposure is the shorter of the two, and the ratio ρ is below 1.
     """
 
     shorter: int
-    """Number of the exposure whose levels are explained, commonly the shorter one."""
+    """Number of the exposure whose levels are explained, usually the shorter one."""
     longer: int
     """Number of the exposure whose levels are given."""
     counts: Floats
     """Weighted counts, shape (L, L): rows j of the longer, columns i of the shorter exposure."""
     trust: Floats
-    """Of each row, 0 … 1, shape (L,): how far its pixels are grey."""
+    """Trust of each row, 0 … 1, shape (L,), by how grey its pixels are."""
     histogram: Floats
-    """How often each level occurs in the longer exposure, shape (L,)."""
+    """Counts of each level in the longer exposure, shape (L,)."""
     weight: Floats | None = None
-    """Of each row in the likelihood, shape (L,); without, rows count as `FIRST_PIXELS` at most."""
+    """Weight of each row in the likelihood, shape (L,); if None, rows count as
+    `FIRST_PIXELS` at most."""
     shift: Floats | None = None
-    """Relative change of the irradiance of each row by the scene, shape (L,); without, none."""
+    """Relative change of the irradiance of each row by the scene, shape (L,); if None,
+    no change."""
     noise: Floats | None = None
-    """Variance of the noise of each row as a share of m², shape (L,), up to the common factor;
-    without, that of u and v."""
+    """Variance of the noise of each row as a share of m², shape (L,), up to the common
+    factor; if None, that of u and v."""
     margin: int = 0
-    """Levels next to black and next to white that may be either: lossy files blur clipping. They
-    are no condition, and in the shorter exposure they count as clipped."""
+    """Number of levels next to black and to white that may be clipped or not, as lossy
+    files blur clipping. They are not conditioned on, and count as clipped in the
+    shorter exposure."""
 
     @cached_property
     def conditions(self) -> Conditions:
-        """Rows as the likelihood takes them, the same for any curve."""
+        """Rows prepared for the likelihood, the same for any curve."""
         black, white = self.margin, len(self.counts) - 1 - self.margin
         seen: Bools = np.any(self.counts, axis=1, keepdims=True)[:, 0]
         seen[: black + 1] = seen[white:] = False
-        upper = np.flatnonzero(seen)  # of level j is edge j
+        upper = np.flatnonzero(seen)  # edge j is above level j
         counts, trust = self.counts[upper], self.trust[upper]
         if self.margin > 0:
             counts[:, black] = counts[:, : black + 1].sum(axis=1)
@@ -141,11 +148,11 @@ class Comparagram:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExposureCounts:
-    """Counted evidence of a bracket in one channel, as the likelihood takes it.
+    """Counts of a bracket in one channel, prepared for the likelihood.
 
-    Its own unknowns are ln κ; if it has noise of its own, ln u and ln v or, once informed, ln of
-    the common factor; and, unless the exposures are exactly known, how far each ln t is from what
-    it is said to be.
+    Its own unknowns are ln κ; if it has noise of its own, ln u and ln v or, once
+    informed, ln of the common factor; and, unless the exposures are exact, the change
+    of each ln t from its given value.
     """
 
     tables: tuple[Comparagram, ...]
@@ -154,24 +161,24 @@ class ExposureCounts:
     exposure_error: float = 0.0
     """Deviation of the logarithms of the exposures; 0 if they are exact."""
     held: bool = False
-    """Whether exposures stay as they are said to be, although they err: counts of lossy files know
-    less of them."""
+    """Whether exposures are kept as given although they err, as counts of lossy files
+    determine them worse."""
     white_error: float = 0.0
-    """Relative deviation of the light at white beyond what the counts tell, where clipping could
-    not be kept apart from levels."""
+    """Relative deviation of the light at white beyond that of the counts, where
+    clipping could not be separated from levels."""
     aligned: bool = True
     """Whether levels were compared pixel by pixel, not by rank."""
     own_noise: bool = False
-    """Whether u and v here are not those of level pairs of one exposure."""
+    """Whether u and v differ from those of level pairs of one exposure."""
 
     @property
     def n_levels(self) -> int:
-        """L."""
+        """Number of levels L."""
         return len(self.tables[0].counts)
 
     @property
     def margin(self) -> int:
-        """Of all tables, see `Comparagram.margin`."""
+        """Margin of all tables, see `Comparagram.margin`."""
         return self.tables[0].margin
 
     @property
@@ -181,12 +188,12 @@ class ExposureCounts:
 
     @property
     def unknown(self) -> bool:
-        """Whether exposures may be anything."""
+        """Whether exposures are unknown."""
         return self.exposure_error > _UNKNOWN
 
     @property
     def settled(self) -> bool:
-        """Whether exposures are known, and counts do not move them."""
+        """Whether exposures are fixed, so that counts do not change them."""
         return self.exposure_error == 0 or self.held
 
     def held_at(self, log_exposures: Floats) -> "ExposureCounts":
@@ -196,7 +203,7 @@ class ExposureCounts:
 
     @property
     def forward(self) -> tuple[Comparagram, ...]:
-        """Tables of which the levels of the longer exposure are given."""
+        """Tables conditioned on the longer exposure."""
         return tuple(
             table
             for table in self.tables
@@ -205,12 +212,12 @@ class ExposureCounts:
 
     @property
     def n_pixels(self) -> int:
-        """Pixels compared, weighted."""
+        """Weighted number of pixels compared."""
         return round(sum(float(table.counts.sum()) for table in self.forward))
 
     @property
     def observed_levels(self) -> tuple[int, int]:
-        """Lowest and highest level that is neither black nor white, of any exposure."""
+        """Lowest and highest level between black and white in any exposure."""
         seen = np.zeros(self.n_levels, dtype=bool)
         for table in self.tables:
             seen |= table.counts.any(axis=0) | table.counts.any(axis=1)
@@ -229,7 +236,7 @@ class ExposureCounts:
 
     @property
     def own_precision(self) -> Floats:
-        """Inverse of their prior covariance."""
+        """Inverse of the prior covariance of the own unknowns."""
         deviations = np.full(self.own_mean.size, self.exposure_error)
         deviations[0] = SCATTER_SPREAD
         deviations[1 : self.first_change] = TYPICAL_SPREAD
@@ -237,7 +244,7 @@ class ExposureCounts:
 
     @property
     def own_held(self) -> Bools:
-        """Which of them the counts do not move, shape (N,)."""
+        """Whether each own unknown is held fixed, shape (N,)."""
         return self.held & (np.arange(self.own_mean.size) >= self.first_change)
 
     @property
@@ -249,12 +256,12 @@ class ExposureCounts:
 
     @property
     def has_relative_noise(self) -> bool:
-        """Whether the noise of its own is that of a first estimate, up to a factor."""
+        """Whether the own noise is that of a first estimate, up to a factor."""
         return self.tables[0].noise is not None
 
 
 def pooled(tables: tuple[Comparagram, ...], log_exposures: Floats) -> tuple[Comparagram, ...]:
-    """Add up what has one ratio: the cost no longer grows with the number of exposures."""
+    """Add up tables of one ratio: the cost no longer grows with the exposures."""
     groups: dict[int, list[Comparagram]] = {}
     for table in tables:
         step = log_exposures[table.longer] - log_exposures[table.shorter]
@@ -274,7 +281,7 @@ def _added(tables: list[Comparagram]) -> Comparagram:
 
 
 class ExposureModel:
-    """Probabilities of comparagrams for one state of knowledge; computed when asked for.
+    """Probabilities of comparagrams at one state of the unknowns, found on demand.
 
     Parameters
     ----------
@@ -282,7 +289,7 @@ class ExposureModel:
     edges : ndarray, shape (L − 1,)
         Irradiance between the levels, increasing, within [0, 1].
     noise : AffineNoise or None
-        Of frames; None where the counts have noise of their own.
+        Noise of frames; None where the counts have noise of their own.
     own : ndarray, shape of `ExposureCounts.own_mean`
     """
 
@@ -322,18 +329,18 @@ class ExposureModel:
         Parameters
         ----------
         mix : ndarray, shape (D, 2)
-            How (ln u, ln v) follow from the unknowns of the noise.
+            Derivatives of (ln u, ln v) by the unknowns of the noise.
 
         Returns
         -------
         Expansion
-            In (edges, unknowns of the noise, own unknowns).
+            With respect to edges, unknowns of the noise and own unknowns.
         """
         n_inner = self._edges.size
         size = n_inner + len(mix) + self._own.size
         gradient, half = np.zeros(size), np.zeros((size, size))
         for table, rows in zip(self._counts.tables, self._rows, strict=True):
-            # A table knows edges, ln u (or ln of the factor), ln v, ln κ and ln ρ.
+            # A table depends on edges, ln u (or ln of the factor), ln v, ln κ and ln ρ.
             turn = np.zeros((4, size - n_inner))
             turn[2, len(mix)] = 1.0
             if self._counts.own_noise:
@@ -348,7 +355,7 @@ class ExposureModel:
         return Expansion(self.log_likelihood(), gradient, half + half.T)
 
     def informed(self) -> ExposureCounts:
-        """Counts with shifts, weights and noise of rows as this state asks for."""
+        """Return the counts with shifts, weights and noise of rows from this state."""
         counts = self._counts
         keeps = counts.own_noise and counts.exposure_error > 0
         assert self.noise is not None
@@ -368,8 +375,9 @@ class ExposureModel:
 def _shift(histogram: Floats, edges: Floats, noise: AffineNoise) -> Floats:
     """(σ²(g) d ln h/dI + u)/g at the levels, shape (L,); 0 at black and white.
 
-    The density of light is that of the levels, smoothed over half the noise. It is divided by what
-    an even scene would show: black and white are not seen, and beside them all densities fall.
+    The density of light is that of the levels, smoothed over half the noise. It is
+    divided by that of a uniform scene: black and white are not seen, and near them all
+    densities fall.
     """
     light, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
     spread = np.sqrt(noise.variance(light) / 4 + width**2)[:, np.newaxis]
@@ -384,20 +392,20 @@ def _shift(histogram: Floats, edges: Floats, noise: AffineNoise) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _RowNoise:
-    """Part of s² that is noise, and its derivatives; shape (J,)."""
+    """Noise part of s² and its derivatives, shape (J,)."""
 
     variance: Floats
     by_log_mean: Floats
-    """While the irradiance of level j stays."""
+    """Derivative by ln m, at constant irradiance of level j."""
     by_light: Floats
-    """By that, while the mean stays."""
+    """Derivative by the irradiance of level j, at constant mean."""
     by_log_ratio: Floats
     by_unknowns: tuple[Floats, Floats]
-    """Ln u and ln v, or ln of the factor and nothing."""
+    """Derivatives by ln u and ln v, or by ln of the factor and 0."""
 
     @classmethod
     def affine(cls, noise: AffineNoise, mean: Floats, light: Floats, ratio: float) -> "_RowNoise":
-        """Of both exposures."""
+        """Return the noise of both exposures."""
         of_longer = noise.variance(light) / ratio**2
         return cls(
             variance=noise.variance(mean) + of_longer,
@@ -412,15 +420,15 @@ class _RowNoise:
 
     @classmethod
     def relative(cls, share: Floats, mean: Floats) -> "_RowNoise":
-        """A share of the mean, squared."""
+        """Return noise with a variance that is a share of the squared mean."""
         variance, zero = share * mean**2, np.zeros(mean.size)
         return cls(variance, 2 * variance, zero, zero, (variance, zero))
 
 
 class _Rows:
-    """One table: a row for each level j of the longer exposure that has counts.
+    """Rows of one table, one for each level j of the longer exposure with counts.
 
-    Only what lies within reach of the expected level is computed: W edges of each row and the
+    Only edges within reach of the expected level are used: W edges of each row, and the
     W + 1 levels between and beside them.
     """
 
@@ -474,7 +482,7 @@ class _Rows:
         return self._first[:, np.newaxis] + np.arange(self._distance.shape[1])
 
     def doubt(self, shift: Floats) -> Floats:
-        """Relative deviation of rows of lossy files beyond all else, by their shift, shape (L,)."""
+        """Further relative deviation of lossy rows by their shift, shape (L,)."""
         return (_LOSSY_DOUBT_REVERSED if self._ratio < 1 else _LOSSY_DOUBT) * np.abs(shift)
 
     def weight(self, doubt: Floats) -> Floats:
@@ -500,11 +508,11 @@ class _Rows:
     def add_to(self, gradient: Floats, half: Floats, turn: Floats) -> None:
         """Accumulate gradient and half the information: edges, then unknowns mapped by `turn`.
 
-        Edges within reach move the probabilities of a row by themselves; through the mean m and
-        the variance s² of the row, the edges of level j do, and ln u, ln v, ln κ, ln ρ. With m
-        it is as if all edges fell, with s² as if they came nearer to m: all that a row tells
-        follows from what it tells of its edges. Of the information half is added; the other half
-        is its transpose.
+        The probabilities of a row depend on the edges within reach directly, and
+        through its mean m and variance s² on the edges of level j and on ln u, ln v, ln
+        κ, ln ρ. A change of m acts as if all edges fell, one of s² as if they came
+        nearer to m, so all derivatives of a row follow from those by its edges. Half of
+        the information is added; the other half is its transpose.
         """
         n_inner, edge = len(gradient) - turn.shape[1], self._edge
         by_edge = ((1 - STRAY) * _NORMAL / self._deviation) * np.exp(-0.5 * self._distance**2)
@@ -522,8 +530,8 @@ class _Rows:
             edge[:, :-1].ravel(), beside.ravel(), n_inner - 1
         )
 
-        # What m and s² tell with each edge. Of einsum, a and b are m or s², j rows, k edges within
-        # reach and r what follows the edges.
+        # Information shared by m or s² and each edge. In einsum, a and b are m or s², j
+        # rows, k edges within reach and r the unknowns after the edges.
         nearer = self._distance / (-2 * self._deviation)
         told = np.stack([-own, own * nearer])
         told[0, :, :-1] -= beside
@@ -555,10 +563,10 @@ class _Rows:
         half[:n_inner, n_inner:] += np.stack(crossed, axis=1) @ turn
 
     def _chain(self) -> tuple[Floats, Floats]:
-        """Derivatives of m and s² of each row by what moves them.
+        """Derivatives of m and s² of each row.
 
-        By the edges below and above level j, shape (2, 2, J), edges first; by ln u, ln v, ln κ
-        and ln ρ, shape (2, J, 4).
+        The first are by the edges below and above level j, shape (2, 2, J), edges
+        first; the second by ln u, ln v, ln κ and ln ρ, shape (2, J, 4).
         """
         noise, mean = self._noise, self._mean
         scattered = (self._scatter * mean) ** 2
@@ -579,17 +587,17 @@ class _Rows:
 
 
 def _windows(rows: Floats, width: int) -> Floats:
-    """All so wide windows on each row, shape (J, N − width + 1, width); a view to write to."""
+    """View of all windows on each row, shape (J, N − width + 1, width); writable."""
     return sliding_window_view(rows, width, axis=1, writeable=True)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    """Of each row."""
+    """Dot product of each row."""
     return np.asarray(np.einsum("jk,jk->j", a, b))
 
 
 def _differences(below: Floats) -> Floats:
-    """From what lies below the W edges of a row to what lies in its W + 1 levels, but for 1."""
+    """Shares of the W + 1 levels of a row from those below its W edges, but for 1."""
     result = np.empty((below.shape[0], below.shape[1] + 1))
     result[:, 0] = below[:, 0]
     np.subtract(below[:, 1:], below[:, :-1], out=result[:, 1:-1])

@@ -1,4 +1,4 @@
-"""What users may choose about brackets."""
+"""Options for brackets."""
 
 from dataclasses import dataclass
 
@@ -7,14 +7,15 @@ from chartless.evidence.options import Option, option
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What users may choose about brackets.
+    """Options for brackets.
 
     Parameters
     ----------
     aligned : bool
-        Whether a pixel sees the same spot in all exposures; if not, their histograms are matched.
+        Whether a pixel shows the same spot in all exposures; if not, their histograms
+        are matched.
     bloom_radius : int
-        Pixels around saturated ones that are left out of an exposure.
+        Radius around saturated pixels that is left out of an exposure, in pixels.
     """
 
     aligned: bool = option(

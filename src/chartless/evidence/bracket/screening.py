@@ -1,4 +1,4 @@
-"""Whether exposures are fit to be calibrated from, and what is doubtful about them."""
+"""Screening of exposures: whether they are fit for calibration, and doubts."""
 
 from itertools import pairwise
 
@@ -11,30 +11,31 @@ from chartless.flags import Flag
 from chartless.types import Counts, Floats, JsonObject
 
 MOST_CLIPPED = 0.995
-"""Share of black and white pixels above which an exposure is of no use."""
+"""Share of black and white pixels above which an exposure is useless."""
 LEAST_OVERLAP, GOOD_OVERLAP = 0.002, 0.05
-"""Share of pixels that two neighbouring exposures must show between black and white: below the
-first they are refused, below the second flagged."""
+"""Share of pixels between black and white that two neighbouring exposures must share:
+below the first they are refused, below the second flagged."""
 MOST_DISPLACED = 10.0
-"""Pixels by which neighbouring exposures may be displaced if compared pixel by pixel: at 10 the
-curve is off by 0.047 in the median, no better than assuming sRGB."""
+"""Largest displacement in pixels of neighbouring exposures compared pixel by pixel: at
+10 the curve is off by 0.047 in the median, no better than assuming sRGB."""
 SOME_UNALIGNED, MOST_UNALIGNED = 0.05, 0.1
 """Displacement as a share of the larger side above which exposures matched by rank are flagged,
 and refused: at 0.01 curves are off by 0.005 in the median, at 0.05 by 0.013, at 0.1 by 0.03."""
 SOME_MOVED = 0.03
 """Share of blocks that disagree above which exposures are flagged: 0 in real brackets, above it in
 1 % of simulated pairs."""
-_DARKER = 0.7  # of the mean level of the shorter exposure
-# Change of ln of the level, where it changes most, by that of ln of the exposure: 0.39 … 2.4 in 700
-# simulated brackets with steps of 0.3 to 4 stops, 0.48 and more in real ones; within 0.03 of 0 in
-# 99 % of the frames of one exposure that are said to be a stop apart, 0.065 at most.
+_DARKER = 0.7  # share of the mean level of the shorter exposure
+# Largest change of ln of the level, relative to that of ln of the exposure: 0.39 … 2.4
+# in 700 simulated brackets with steps of 0.3 to 4 stops, 0.48 and more in real ones; in
+# frames of one exposure said to be a stop apart, within 0.03 of 0 in 99 %, 0.065 at
+# most.
 _LEAST_RISE = 0.2
 _FEW = 1e-4  # share of the pixels of an exposure from which a level counts as covered
 _MOVED = 1.5  # pixels
 
 
 def screen_bracket(evidence: BracketEvidence) -> dict[str, tuple[Flag, ...]]:
-    """Refuse exposures from which nothing can be learned; say what is doubtful about the rest.
+    """Refuse exposures from which nothing can be learned; flag what is doubtful.
 
     Returns
     -------
@@ -43,7 +44,7 @@ def screen_bracket(evidence: BracketEvidence) -> dict[str, tuple[Flag, ...]]:
     Raises
     ------
     UnfitFramesError
-        With one sentence that says why and what to do.
+        If nothing can be learned; the message says why and what to do.
     """
     for counts in evidence.histograms.values():
         _require_light(evidence, counts)
@@ -66,7 +67,7 @@ def screen_bracket(evidence: BracketEvidence) -> dict[str, tuple[Flag, ...]]:
 
 
 def exposure_rows(evidence: BracketEvidence) -> list[JsonObject]:
-    """What each exposure shows, for people to look at before they believe a curve.
+    """Summary of each exposure, to be inspected before trusting a curve.
 
     Returns
     -------
@@ -128,7 +129,7 @@ def _require_one_scene(evidence: BracketEvidence) -> None:
 
 
 def _displacement(evidence: BracketEvidence, place: int) -> float | None:
-    """Displacement of an exposure and the next, in pixels; None if not measured."""
+    """Displacement between an exposure and the next in pixels; None if not measured."""
     if evidence.scenes is not None:
         return evidence.scenes.displacement(place, place + 1)
     return evidence.checks[place].displacement if evidence.checks else None
@@ -152,8 +153,8 @@ def _require_order(evidence: BracketEvidence) -> None:
 def _brightness(evidence: BracketEvidence) -> list[Floats]:
     """Mean levels of the exposures, shape (K,) each.
 
-    Of the whole frames where these were compared: histograms lack what lies near white in lossy
-    files, most of it in the longest exposures.
+    They are of whole frames where these were compared: histograms lack the pixels near
+    white in lossy files, most of them in the longest exposures.
     """
     if evidence.scenes is not None:
         return [np.array(evidence.scenes.brightness)]

@@ -1,4 +1,4 @@
-"""Level pairs of different exposures as a term of the posterior."""
+"""Term of the posterior for level pairs of different exposures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,22 +15,22 @@ from chartless.noise import CAMERAS_OF_2008
 from chartless.types import Floats
 
 EXPOSURES = "exposures"
-"""Name of the block of how far each ln t is from what it is said to be: all channels have the
-same."""
+"""Name of the block of changes of each ln t from its given value, common to all
+channels."""
 
 
 def scatter_name(channel: str) -> str:
-    """Name of ln κ of a channel, among blocks."""
+    """Name of the block of ln κ of a channel."""
     return f"scatter/{channel}"
 
 
 def noise_between_name(channel: str) -> str:
-    """Name of the noise that fits between exposures, where that of frames is known better."""
+    """Name of the block of noise between exposures, if frame noise is known better."""
     return f"noise between exposures/{channel}"
 
 
 def noise_factor_name(channel: str) -> str:
-    """Name of ln of the factor of that noise, once its share of each level is known."""
+    """Name of the block of the ln factor of that noise, once its shares are known."""
     return f"noise factor/{channel}"
 
 
@@ -49,12 +49,12 @@ class ExposureTerm(AbstractTerm):
 
     @property
     def _noise(self) -> NoiseBlock | None:
-        """Noise of frames, if it is that."""
+        """Noise of frames; None if the counts have noise of their own."""
         return None if self.counts.own_noise else NoiseBlock(self.channel, CAMERAS_OF_2008)
 
     @property
     def _own(self) -> dict[str, slice]:
-        """Names of the own unknowns, in their order, and where they lie."""
+        """Names of the own unknowns, in their order, with their places."""
         first, end = self.counts.first_change, self.counts.own_mean.size
         of_noise = noise_factor_name if self.counts.has_relative_noise else noise_between_name
         places = {
@@ -88,16 +88,16 @@ class ExposureTerm(AbstractTerm):
 
     @override
     def first_look(self, edges: Mapping[str, Floats], values: Values) -> "ExposureTerm":
-        """The tables alone of which the levels of the longer exposure are given.
+        """Return the term with the tables conditioned on the longer exposure only.
 
-        Of a shorter exposure that is given the noise is multiplied.
+        Conditioning on a shorter exposure multiplies its noise.
         """
         del edges, values
         return replace(self, counts=replace(self.counts, tables=self.counts.forward))
 
     @override
     def informed(self, edges: Mapping[str, Floats], values: Values) -> "ExposureTerm":
-        """Term with weights, shifts and noise of rows: once."""
+        """Return the term with weights, shifts and noise of rows, set only once."""
         if self.counts.tables[0].weight is not None:
             return self
         return replace(self, counts=self.fit(edges, values).model.informed())

@@ -1,9 +1,9 @@
-"""Which level follows which from one exposure to another, and the curve that this asks for.
+"""Brightness transfer functions between exposures, and a first curve from them.
 
-The brightness transfer function takes a level of the longer exposure to the level that the same
-irradiance has in the shorter one: g(T(O)) = g(O)/ρ (Grossberg & Nayar 2003,
-doi:10.1109/TPAMI.2003.1240119). It is read as the median of each row of a comparagram, and gives a
-curve in milliseconds, from which the likelihood starts.
+The brightness transfer function T maps a level of the longer exposure to the level of
+the same irradiance in the shorter one: g(T(O)) = g(O)/ρ (Grossberg & Nayar 2003,
+doi:10.1109/TPAMI.2003.1240119). It is measured as the median of each row of a
+comparagram, and gives a curve in milliseconds, from which the likelihood search starts.
 """
 
 from typing import NamedTuple
@@ -15,11 +15,11 @@ from chartless.curves.prior import CurvePrior, irradiance_at_edges
 from chartless.evidence.bracket.likelihood import ExposureCounts
 from chartless.types import Floats, Indices
 
-# Relative deviation of irradiance to which one median is trusted, besides rounding; residuals of
-# more than three deviations count less and less.
+# Relative deviation of irradiance by one median, besides rounding; residuals beyond
+# three deviations get less and less weight.
 _DOUBT, _FAR = 0.03, 3.0
 _ROUNDS = 6
-_HELD = 0.2  # error of exposures above which they are held as they are said to be
+_HELD = 0.2  # error of exposures above which they are kept as given
 
 
 class Transfer(NamedTuple):
@@ -32,7 +32,7 @@ class Transfer(NamedTuple):
 
 
 def brightness_transfer(counts: Floats) -> Transfer:
-    """Read the transfer function off a comparagram, shape (L, L), rows of the longer exposure."""
+    """Transfer function of a comparagram, shape (L, L), rows of the longer exposure."""
     inner = np.arange(1, len(counts) - 1)
     level = inner[counts[inner].sum(axis=1) > 0]
     share = np.cumsum(counts[level], axis=1) / counts[level].sum(axis=1, keepdims=True)
@@ -45,12 +45,12 @@ def brightness_transfer(counts: Floats) -> Transfer:
 
 
 class TransferCurve(NamedTuple):
-    """A curve that follows transfer functions, and the exposures that go with it."""
+    """A curve fitted to transfer functions, with the corresponding exposures."""
 
     edges: Floats
     """Irradiance between the levels, shape (L − 1,)."""
     log_exposure_changes: Floats
-    """How far ln t of each exposure is from what it is said to be, shape (K,)."""
+    """Change of ln t of each exposure from its given value, shape (K,)."""
 
 
 def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
@@ -71,7 +71,7 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     step = counts.log_exposures[longer] - counts.log_exposures[shorter]
     floor = lower.astype(np.intp)
     part = lower - floor
-    # Five of ln g of the levels and of the changes of ln t, with a factor each, make a residual.
+    # A residual is a weighted sum of five values: ln g of levels and changes of ln t.
     known = np.stack([upper, floor, floor + 1, n_levels + longer, n_levels + shorter], axis=1)
     one = np.ones(upper.size)
     factor = np.stack([one, part - 1, -part, -one, one], axis=1)
@@ -79,7 +79,7 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     cells = known[:, :, np.newaxis] * size + known[:, np.newaxis]
     products = factor[:, :, np.newaxis] * factor[:, np.newaxis]
 
-    # All irradiances alike and all exposures too would follow any transfer function.
+    # Equal irradiances with equal exposures would fit any transfer function.
     free = 0 < counts.exposure_error < _HELD and not counts.held
     precision = np.zeros((size, size))
     precision[:n_levels, :n_levels] = prior.precision
@@ -87,7 +87,7 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
     precision[diagonal, diagonal] = 1 / counts.exposure_error**2 if free else 1e12
     mean = np.concatenate([prior.mean, np.zeros(n_exposures)])
     x = mean.copy()
-    # ∂g_l/∂w_i: widths are w's softmax, edges their sums.
+    # ∂g_l/∂w_i: widths are the softmax of w, edges their sums.
     below = np.tril(np.ones((n_levels, n_levels)), -1) + 0.5 * np.eye(n_levels)
     for _ in range(_ROUNDS):
         edges = irradiance_at_edges(x[:n_levels])

@@ -1,1 +1,1 @@
-"""Frames of one exposure: the spread of their levels tells the slope of the curve."""
+"""Frames of one exposure: the spread of their levels shows the slope of the curve."""

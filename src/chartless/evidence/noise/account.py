@@ -1,4 +1,4 @@
-"""What level pairs of one exposure say besides the curve: goodness of fit, what was left out."""
+"""Account of level pairs of one exposure: goodness of fit, and pairs left out."""
 
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.misfit import Pattern
@@ -6,7 +6,7 @@ from chartless.flags import Flag
 from chartless.result.account import Account, Fact, Fit
 
 NAME = "noise"
-"""Of this kind of evidence."""
+"""Name of this kind of evidence."""
 WORST_DEVIANCE = 2.0
 """Misfit, in multiples of chance, up to which the band held in simulated cameras
 (docs/design/0008-report.md)."""
@@ -28,15 +28,15 @@ def account_of_pairs(
     Parameters
     ----------
     table : Cooccurrence or None
-        Without what was left out; None where it is not kept.
+        Table without outliers; None where it is not kept.
     deviance : float, optional
-        Of the pairs, over what chance gives: 1 if the model explains them.
+        Deviance of the pairs, relative to chance: 1 if the model explains them.
     similarity : float, optional
         Image similarity as a share of what the true model would reach on so many pixels, 0 … 1.
     outliers : float, optional
         Share of the pairs left out because they changed far more than noise explains.
     pattern : Pattern, optional
-        How the pairs differ from what the model expects, where that is a misfit.
+        Pattern of the differences from the model, where they are a misfit.
     errors_by_dark : (float, float), optional
         Deviation of the inverse response now, and after two frames with the lens covered.
     """

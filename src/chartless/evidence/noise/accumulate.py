@@ -1,8 +1,8 @@
 """Evidence from thousands of frames, by several processes or a Dask cluster.
 
-Files are split into runs that overlap by one frame, so that each pair of consecutive frames is
-counted exactly once; runs are counted independently and added up by a tree. Counts are
-integers: the sum is the same to the last bit in whatever order runs come in.
+Files are split into runs that overlap by one frame, so that each pair of consecutive
+frames is counted exactly once; runs are counted independently and added up in a tree.
+Counts are integers: the sum is the same to the last bit whatever the order of the runs.
 """
 
 import os
@@ -24,7 +24,7 @@ from chartless.types import Bools
 _MOST_PAIRS = 16  # in a run: its first frame is read twice, so 6 % more reading
 
 OnChunk = Callable[[int, int], None]
-"""Called with the number of runs counted and the number in all."""
+"""Function called with the number of runs counted and the total number."""
 
 
 def noise_evidence_of_files(
@@ -53,7 +53,7 @@ def noise_evidence_of_files(
     mask : ndarray of bool, shape (M, N), optional
         Only pixels where it is True are used.
     jobs : int
-        Processes. The result does not depend on it.
+        Number of processes; the result does not depend on it.
     scheduler : str, optional
         Address of a Dask scheduler to run on instead, such as ``tcp://host:8786``. Its workers
         must see the files under the same absolute names.
@@ -71,7 +71,7 @@ def noise_evidence_of_files(
         As `noise_evidence` does; of several unfit frames, one is named. Also
         ParameterError if the scheduler does not answer or Dask is not installed.
     WorkerError
-        If a worker process was killed; on Dask, if one run took several workers along.
+        If a worker process was killed; on Dask, if one run killed several workers.
     """
     files = [Path(path).absolute() for path in paths]  # workers may be in another folder
     packed = None if mask is None else _PackedMask.of(mask)
@@ -99,7 +99,7 @@ def noise_evidence_of_files(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _PackedMask:
-    """A mask at one bit for each pixel: it travels with every run."""
+    """A mask with one bit for each pixel, as it is sent with every run."""
 
     bits: npt.NDArray[np.uint8]
     shape: tuple[int, ...]
@@ -115,7 +115,7 @@ class _PackedMask:
 
 
 def _runs(files: list[Path], jobs: int) -> list[list[Path]]:
-    """Split evenly into runs that overlap by one; what is too short to split is one run."""
+    """Split files evenly into runs that overlap by one; few files make one run."""
     n_pairs = max(len(files) - 1, 0)
     size = min(_MOST_PAIRS, -(-n_pairs // max(jobs, 1))) or 1
     n_runs = max(-(-n_pairs // size), 1)
@@ -132,11 +132,11 @@ def _evidence_of(
 
 
 def _joined_by_tree(arrivals: Iterable[tuple[int, NoiseEvidence]], n_runs: int) -> NoiseEvidence:
-    """Join neighbours, then neighbours of those, as soon as both are there.
+    """Join adjacent runs in a binary tree, as soon as both are available.
 
-    If runs come in about in order, some log₂ of their number wait at a time.
+    If runs arrive roughly in order, about log₂ of their number wait at a time.
     """
-    waiting: dict[tuple[int, int], NoiseEvidence] = {}  # by nodes of the level, place in it
+    waiting: dict[tuple[int, int], NoiseEvidence] = {}  # by nodes in level, place
     for leaf, counted in arrivals:
         place, size, evidence = leaf, n_runs, counted
         while size > 1:

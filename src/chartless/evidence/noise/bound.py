@@ -1,6 +1,7 @@
-"""How well can the response be known from level pairs at all? The Cramér–Rao bound.
+"""Cramér–Rao bound for the response from level pairs.
 
-The information of the exact likelihood, see `chartless.evidence.noise.likelihood`, at the truth.
+It uses the information of the exact likelihood, see
+`chartless.evidence.noise.likelihood`, at the true values.
 """
 
 from typing import NamedTuple
@@ -26,11 +27,11 @@ class Bound(NamedTuple):
     """Least deviations of unbiased estimates."""
 
     response: Floats
-    """Of f at 1024 uniform irradiances, shape (1024,)."""
+    """Deviation of f at 1024 uniform irradiances, shape (1024,)."""
     log_slope: float
-    """Of ln u."""
+    """Deviation of ln u."""
     log_floor: float
-    """Of ln v."""
+    """Deviation of ln v."""
 
     @property
     def rmse(self) -> float:
@@ -47,22 +48,23 @@ def pair_bound(
     *,
     n_levels: int = 256,
 ) -> Bound:
-    """Cramér–Rao bound for the response, with noise and scene unknown too.
+    """Cramér–Rao bound for the response, with noise and scene also unknown.
 
     Parameters
     ----------
     model : AbstractModel
         Family that the truth belongs to.
     parameters : ndarray, shape (P,)
-        Of the true response.
+        Parameters of the true response.
     noise : AffineNoise
     scene : ndarray of float, any shape, 0 … 1
-        True irradiance; its histogram counts. The estimator is taken to know that logarithms
-        of neighbouring weights differ by about 0.5, and nothing else about it.
+        True irradiance; only its histogram matters. The estimator is assumed to know
+        that logarithms of neighbouring weights differ by about 0.5, and nothing else
+        about it.
     n_pairs : float
         Independent pixel pairs.
     n_levels : int
-        L.
+        Number of levels L.
 
     Returns
     -------
@@ -100,11 +102,11 @@ def free_bound(
         True irradiance between the levels.
     noise : AffineNoise
     scene : ndarray of float, any shape, 0 … 1
-        True irradiance; its histogram counts.
+        True irradiance; only its histogram matters.
     n_pairs : float
         Independent pixel pairs.
     prior : CurvePrior
-        At the true curve; its mean is no matter.
+        Prior at the true curve; its mean does not matter.
     """
     space = FreeCurve(prior)
     pairs = PairModel(edges, noise, _histogram(scene, noise))

@@ -1,4 +1,4 @@
-"""What noise tells of one channel."""
+"""Noise as evidence in one channel."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,13 +22,13 @@ class LevelPairs(AbstractChannelEvidence):
 
     table: Cooccurrence
     n_frames: int = 2
-    """Frames that the table was counted from, each compared with the next."""
+    """Number of frames that were counted, each compared with the next."""
     dark: Counts | None = None
-    """How often each level occurs in frames taken with the lens covered, shape (L,)."""
+    """Counts of each level in frames taken with the lens covered, shape (L,)."""
 
     @cached_property
     def still(self) -> Cleaned:
-        """The table without what moved."""
+        """Table without outliers."""
         return without_outliers(self.table)
 
     @property
@@ -48,7 +48,7 @@ class LevelPairs(AbstractChannelEvidence):
 
 
 def independent_share(n_frames: int) -> float:
-    """How much a pair of consecutive frames tells, as a share of an independent pair.
+    """Information in a pair of consecutive frames relative to an independent pair.
 
     The mean square of M − 1 successive differences of M values has the variance
     (3M − 4)/(M − 1)² σ⁴, not 2/(M − 1) σ⁴ (von Neumann et al. 1941, doi:10.1214/aoms/1177731746):

@@ -1,8 +1,8 @@
-"""How often a pixel shows one level in a frame and another level in the next.
+"""Co-occurrence tables: counts of level pairs of pixels in consecutive frames.
 
 The co-occurrence table is all that calibration by noise keeps of the pictures: L × L
-integers, however many frames went in. Tables of different frames, tiles or machines add up,
-so frames are read once, counted and forgotten.
+integers for any number of frames. Tables of different frames, tiles or machines add up,
+so each frame is read once, counted and discarded.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from chartless.result.account import AbstractRecord
 from chartless.types import Counts, Floats, Indices, JsonObject, Levels
 
 _FEWEST_PAIRS = 100
-_MOST_CELLS = 200_000  # in a file: of more, megabytes
+_MOST_CELLS = 200_000  # in a file: more take megabytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ class Cooccurrence(AbstractRecord):
 
     @classmethod
     def zeros(cls, n_levels: int = 256) -> "Cooccurrence":
-        """Return the empty table, to which all others add."""
+        """Return an empty table, to which others can be added."""
         return cls(np.zeros((n_levels, n_levels), dtype=np.int64))
 
     @classmethod
@@ -83,7 +83,7 @@ class Cooccurrence(AbstractRecord):
             if highest >= n_levels:
                 msg = f"level {highest} is none of 0 to {n_levels - 1}: reduce the levels first"
                 raise ParameterError(msg)
-        # Two bytes side by side make a 16-bit index: a quarter of the traffic of int64.
+        # Two bytes make a 16-bit index: a quarter of the memory traffic of int64.
         index_type = np.uint16 if n_levels <= 256 else np.uint32  # noqa: PLR2004 - a byte's values
         index = np.multiply(first, n_levels, dtype=index_type)
         index += second
@@ -98,7 +98,7 @@ class Cooccurrence(AbstractRecord):
 
     @classmethod
     def from_json(cls, content: JsonObject, n_levels: int) -> Self:
-        """Read what `to_json` wrote; ValueError if it is damaged."""
+        """Read the output of `to_json`; raise ValueError if it is damaged."""
         if n_levels > MAX_LEVELS:
             msg = f"a co-occurrence table has {MAX_LEVELS} levels at most, not {n_levels}"
             raise ValueError(msg)
@@ -113,7 +113,7 @@ class Cooccurrence(AbstractRecord):
 
     @override
     def to_json(self) -> JsonObject | None:
-        """Each row as its first level with counts and the counts from there to the last."""
+        """Encode each row as its first level with counts, and the counts from there."""
         first, rows = [], []
         for row in self.counts:
             (seen,) = np.nonzero(row)
@@ -134,38 +134,38 @@ class Cooccurrence(AbstractRecord):
 
     @property
     def symmetric(self) -> Counts:
-        """Counts with the order of the frames forgotten: C + Cᵀ, shape (L, L)."""
+        """Counts regardless of the order of the frames: C + Cᵀ, shape (L, L)."""
         return self.counts + self.counts.T
 
     @property
     def histogram(self) -> Counts:
-        """How often each level occurs in either frame, shape (L,)."""
+        """Counts of each level in either frame, shape (L,)."""
         histogram: Counts = self.counts.sum(axis=0) + self.counts.sum(axis=1)
         return histogram
 
     @property
     def observed_levels(self) -> tuple[int, int]:
-        """Lowest and highest level that occur; (0, -1) of an empty table."""
+        """Lowest and highest level that occur; (0, -1) for an empty table."""
         (seen,) = np.nonzero(self.histogram)
         return (int(seen[0]), int(seen[-1])) if seen.size else (0, -1)
 
 
 class DifferenceMoments(NamedTuple):
-    """What the differences of pairs add up to at each sum of their two levels, shape (2L − 1,)."""
+    """Moments of the differences of pairs by the sum of their levels, (2L − 1,)."""
 
     pairs: Floats
     """Number of pairs."""
     total: Floats
-    """Sum of later less earlier."""
+    """Sum of the differences, later minus earlier."""
     squares: Floats
-    """Sum of the squares of that."""
+    """Sum of the squared differences."""
 
 
 def difference_moments(counts: Counts | Floats) -> DifferenceMoments:
     """Moments of the difference of level pairs, counted or expected, of shape (L, L).
 
     At equal sum the difference has mean 0 when the frames are exchangeable, free of
-    regression to the mean, so drift and noise are read from it there.
+    regression to the mean, so drift and noise are measured there.
     """
     sums, difference, squared = _cells(len(counts))
     weight = np.asarray(counts, dtype=np.float64).ravel()
@@ -190,8 +190,8 @@ def noise_level_function(counts: Counts | Floats) -> Floats:
     Parameters
     ----------
     counts : ndarray, shape (L, L)
-        Level pairs, counted or expected: both go the same way, so that clipping and
-        rounding, which make it smaller near the ends, cancel in a comparison.
+        Level pairs, counted or expected: both are treated alike, so that clipping and
+        rounding, which reduce the deviation near the ends, cancel in a comparison.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What frames with the lens covered would add."""
+"""Gain expected from frames taken with the lens covered."""
 
 from dataclasses import replace
 
@@ -14,10 +14,10 @@ from chartless.types import Floats
 
 
 def std_with_dark(posterior: Posterior, space: AbstractCurveSpace) -> Floats:
-    """Deviation of g at the levels that would be left after two frames with the lens covered.
+    """Expected deviation of g at the levels after two frames with the lens covered.
 
-    Each has `DARK_PIXELS` pixels or more. What they are expected to tell narrows the curve at the
-    best mode; what is unknown of the ratio stays, as they do not tell it.
+    Each has `DARK_PIXELS` pixels or more. Their expected information narrows the curve
+    at the best mode; the uncertainty of the ratio remains, as they do not determine it.
 
     Returns
     -------

@@ -1,13 +1,14 @@
-"""Change of brightness between two frames: how much there is, and undoing it in the table.
+"""Change of brightness between two frames: estimation, and removal in the table.
 
-Lamps flicker by one to three per cent. A gain δ adds (δI)² to the mean squared difference of two
-frames, which the search would take for noise that grows with light. The drift shows in the table
-alone: at equal sum of its two levels the difference has mean 0 when the frames are exchangeable,
-and its mean there is the drift, free of regression to the mean.
+Lamps flicker by one to three per cent. A gain δ adds (δI)² to the mean squared
+difference of two frames, which the search would mistake for noise that grows with
+light. The drift can be measured in the table alone: at equal sum of its two levels the
+difference has mean 0 when the frames are exchangeable, and its mean there is the drift,
+free of regression to the mean.
 
-Undoing it brings the darker frame up to the brighter one, where it would have clipped too. Counts
-move by fractions of a level with the weights of quadratic interpolation, which change the mean
-and not the variance.
+Removal raises the darker frame to the brighter one, where it would have clipped too.
+Counts move by fractions of a level with the weights of quadratic interpolation, which
+change the mean and not the variance.
 """
 
 from dataclasses import dataclass
@@ -23,33 +24,34 @@ from chartless.evidence.noise.outliers import difference_deviation, without_outl
 from chartless.types import Counts, Floats
 
 LARGE = 0.05
-"""Change of level, relative to the level, above which it is not made up for."""
-_NOTHING = 1e-3  # share of the squared difference that is left alone
+"""Change of level, relative to the level, above which drift is not removed."""
+_NOTHING = 1e-3  # share of the squared difference that is ignored
 _DEGREE = 3  # of the polynomial in the level, without a constant: black stays black
-_CLEAR = 4.0  # deviations of the difference that have to fit between a sum and its ends
+_CLEAR = 4.0  # least distance of a sum from its ends, in deviations
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drift:
-    """How much brighter the later frame is, by the sum of the two levels."""
+    """Increase of brightness from one frame to the next, by the sum of the levels."""
 
     levels: Floats
-    """Mean of later less earlier at each sum, smooth, shape (2L − 1,)."""
+    """Mean of later minus earlier at each sum, smoothed, shape (2L − 1,)."""
     relative: float
     """Size of the change relative to the level, mean over the pairs; 0.01 is one per cent."""
     share: float
-    """Share of the squared difference that it explains, 0 … 1."""
+    """Share of the squared difference explained by the drift, 0 … 1."""
 
     @property
     def is_small(self) -> bool:
-        """Whether `compensated` is to be trusted with it."""
+        """Whether the drift is small enough for `compensated`."""
         return self.relative <= LARGE
 
 
 def drift_share(table: Cooccurrence) -> float:
-    """Share of the squared difference that a change of brightness, level by level, explains.
+    """Share of the squared difference explained by a change of brightness by level.
 
-    What chance explains is taken off, and three deviations of it: few pixels prove no drift.
+    The share explained by chance is subtracted, and three deviations of it: few pixels
+    are no evidence of drift.
     """
     return _share(difference_moments(table.counts))
 
@@ -58,7 +60,8 @@ def _share(moments: DifferenceMoments) -> float:
     energy = float(moments.squares.sum())
     if energy == 0:
         return 0.0
-    # n mean² estimates n drift² + variance: take the variance off where it can be estimated.
+    # n mean² estimates n drift² + variance: subtract the variance where it can be
+    # estimated.
     several = moments.pairs > 1
     n, total, squares = (each[several] for each in moments)
     explained = total**2 / n
@@ -73,7 +76,7 @@ def estimated_drift(table: Cooccurrence) -> Drift | None:
     Parameters
     ----------
     table : Cooccurrence
-        Of one pair: over many, ups and downs cancel.
+        Table of one pair: over many, ups and downs cancel.
     """
     if drift_share(table) <= _NOTHING:
         return None
@@ -109,14 +112,14 @@ def compensated(table: Cooccurrence, drift: Drift) -> Cooccurrence:
     Parameters
     ----------
     table : Cooccurrence
-        Of one pair.
+        Table of one pair.
     drift : Drift
 
     Returns
     -------
     Cooccurrence
-        With as many pairs, of whole numbers again, the same in every run: what rounding takes
-        from one cell goes to the next.
+        Table with the same number of pairs, in integers and reproducible: the rounding
+        error of one cell is carried to the next.
     """
     top = table.n_levels - 1
     earlier, later = np.nonzero(table.counts)
@@ -139,7 +142,7 @@ def compensated(table: Cooccurrence, drift: Drift) -> Cooccurrence:
 
 
 def _whole(counts: Floats, total: int) -> Counts:
-    """Whole numbers of a given sum; each rounding is made up for by the next cell of the row."""
+    """Round to integers of a given sum, carrying rounding errors along each row."""
     positive = np.maximum(counts, 0.0)
     sums = np.cumsum(positive * (total / positive.sum()))
     sums[-1] = total

@@ -1,4 +1,4 @@
-"""Figures of level pairs: counts, what the model makes of them, and the noise at each level."""
+"""Figures of level pairs: observed and expected counts, and noise at each level."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,13 +24,13 @@ from chartless.result.summary import of_each
 from chartless.types import Counts, Floats, Indices
 
 _MOST = 4.0  # deviations at the ends of the colour scale
-_NEVER = 0.05  # pairs expected where there are none: nothing to see
+_NEVER = 0.05  # expected pairs below which an empty cell is not drawn
 _SCENE_STEPS = 15  # of expectation maximisation, for the pairs that a model expects
 _QUARTERS = (0.25, 0.5, 0.75)
 
 
 def figures(channels: Sequence[Response]) -> tuple[Figure, ...]:
-    """Figures of all channels, and of the one that is explained least; none without tables."""
+    """Figures of all channels, and of the worst explained; none without tables."""
     tables = [each.account(NAME).record for each in channels]
     if any(table is None for table in tables) or any(each.noise is None for each in channels):
         return ()
@@ -51,10 +51,10 @@ def figures(channels: Sequence[Response]) -> tuple[Figure, ...]:
 
 
 def draw_cooccurrence(axes: Axes, response: Response) -> None:
-    """Counts of level pairs, with the model's contours at the same counts.
+    """Draw counts of level pairs, with contours of the model at the same counts.
 
-    Over the level in one frame stands the difference to the other: the band along the
-    diagonal of the table, laid flat.
+    The difference of the levels is drawn over the level in one frame: the band along
+    the diagonal of the table, laid flat.
     """
     band = _laid_flat(axes, f"Level pairs, channel {response.name} (lines: model)", response)
     image = axes.pcolormesh(
@@ -70,15 +70,15 @@ def draw_cooccurrence(axes: Axes, response: Response) -> None:
 
 
 def draw_residuals(axes: Axes, response: Response) -> None:
-    """Level pairs less those that the model expects, in deviations of chance, laid flat likewise.
+    """Draw level pairs minus those expected, in deviations of chance, laid flat.
 
-    Cells of which less than one pair is expected are judged as if it were one. Grey noise
-    is a good fit; `chartless.evidence.noise.misfit.Pattern` says what shapes mean.
+    Cells with less than one expected pair are treated as if it were one. Grey noise is
+    a good fit; `chartless.evidence.noise.misfit.Pattern` explains shapes.
     """
     account = response.account(NAME)
     pattern = f": {account['pattern']}" if "pattern" in account else ""
     band = _laid_flat(axes, f"Seen less expected{pattern}", _of_seen_noise(response))
-    # On the diagonal symmetric counts come in twos, which doubles their variance.
+    # Symmetric counts on the diagonal come in twos, which doubles their variance.
     variance = np.maximum(band.expected, 1.0) * np.where(band.difference == 0, 2, 1)
     residual = (band.seen - band.expected) / np.sqrt(variance)
     nothing = (band.seen == 0) & (band.expected < _NEVER)
@@ -99,7 +99,7 @@ class _Band(NamedTuple):
 
 
 def _laid_flat(axes: Axes, title: str, response: Response) -> _Band:
-    """Name the axes, and cut out the band that they show."""
+    """Label the axes, and extract the band that they show."""
     axes.set(title=title, xlabel="level in one frame", ylabel="other, difference")
     counts = _table(response).symmetric
     n_levels = counts.shape[0]
@@ -115,13 +115,13 @@ def _laid_flat(axes: Axes, title: str, response: Response) -> _Band:
 
 
 def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
-    """Noise level function: deviation of one frame at each level, seen and modelled."""
+    """Draw the noise level function, observed and modelled: deviation of one frame."""
     for response in channels:
         colour = CHANNEL_COLOURS[response.name]
         label = f"{response.name}: {_noise_text(response)}"
         counts = _table(response).symmetric
         expected = _expected(response).copy()
-        for table in (counts, expected):  # clipped levels have no noise to speak of
+        for table in (counts, expected):  # clipped levels have no meaningful noise
             table[[0, -1]] = table[:, [0, -1]] = 0
         axes.plot(noise_level_function(counts), ".", color=colour, markersize=3, alpha=0.5)
         axes.plot(noise_level_function(expected), color=colour, label=label)
@@ -134,9 +134,9 @@ def draw_noise(axes: Axes, channels: Sequence[Response]) -> None:
     axes.legend(frameon=False)
 
 
-@lru_cache(maxsize=4)  # figures of a report ask for the same: R, G, B and one with seen noise
+@lru_cache(maxsize=4)  # shared by figures: R, G, B and one with observed noise
 def _expected(response: Response) -> Floats:
-    """Level pairs that curve and noise expect, with the scene that suits them best."""
+    """Level pairs expected from curve and noise, with the scene that fits best."""
     assert response.noise is not None
     pairs = _table(response).symmetric.astype(np.float64)
     edges = response.curve.inverse((np.arange(len(pairs) - 1) + 0.5) / (len(pairs) - 1))
@@ -153,10 +153,10 @@ def _table(response: Response) -> Cooccurrence:
 
 @lru_cache(maxsize=4)
 def _of_seen_noise(response: Response) -> Response:
-    """The response with its noise scaled to that of the pairs, where curve and noise are means.
+    """Response with its noise scaled to the pairs, where curve and noise are means.
 
-    Means over the ratio u/v are not those of any one ratio: their noise is a per cent or two
-    too small, which a million pairs notice.
+    Means over the ratio u/v belong to no single ratio: their noise is one or two per
+    cent too small, which shows with a million pairs.
     """
     noise = response.noise
     if noise is None or response.noise_error is None:
@@ -171,7 +171,7 @@ def _of_seen_noise(response: Response) -> Response:
 
 
 def _reach(table: Cooccurrence) -> int:
-    """Difference of levels that holds 99.9 % of the pairs, and a little more."""
+    """Difference of levels that includes 99.9 % of the pairs, with a margin."""
     earlier, later = np.nonzero(table.counts)
     size = np.bincount(np.abs(earlier - later), table.counts[earlier, later])
     share = np.cumsum(size) / size.sum()
@@ -192,7 +192,7 @@ def _least_explained(channels: Sequence[Response]) -> Response:
 
 
 def _words_of_noise(channels: Sequence[Response]) -> str:
-    """How much pixels differ at three levels, as seen."""
+    """Text on the observed noise at three levels."""
     last = channels[0].n_levels - 1
     levels = [round(share * last) for share in _QUARTERS]
 
@@ -208,7 +208,7 @@ def _words_of_noise(channels: Sequence[Response]) -> str:
 
 
 def _words_of_pairs(response: Response) -> str:
-    """How far the levels of a pair are apart."""
+    """Text on the differences between the levels of pairs."""
     table = _table(response)
     earlier, later = np.nonzero(table.counts)
     size = np.bincount(np.abs(earlier - later), table.counts[earlier, later])
@@ -222,7 +222,7 @@ def _words_of_pairs(response: Response) -> str:
 
 
 def _words_of_residuals(response: Response) -> str:
-    """How well the model explains the level pairs."""
+    """Text on how well the model explains the level pairs."""
     account = response.account(NAME)
     fit = "This method measures no goodness of fit"
     if "deviance" in account:

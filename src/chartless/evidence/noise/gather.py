@@ -1,15 +1,16 @@
-"""Frames in, tables out: the only loop that touches every pixel.
+"""Co-occurrence tables from frames: the only loop over every pixel.
 
-Consecutive frames are compared, each with the next: they are closest in time, so that light
-and camera have drifted least, each frame serves in at most two pairs, which keeps the pairs
-nearly independent, and the cost grows with the number of frames, not its square. Comparing
-all pairs of 10 frames instead of two frames improves the estimate by a fifth at best: the
-limit is the unknown ratio of the noise parameters, not the number of counts.
+Each frame is compared with the next: consecutive frames are closest in time, so that
+light and camera have drifted least; each frame serves in at most two pairs, which keeps
+the pairs nearly independent; and the cost grows with the number of frames, not its
+square. Comparing all pairs of 10 frames instead of two frames improves the estimate by
+a fifth at best: the limit is the unknown ratio of the noise parameters, not the number
+of counts.
 
-A small change of brightness within a pair is undone before its table is added: lamps flicker up
-and down, so over many pairs it would look like noise.
+A small change of brightness within a pair is removed before its table is added: lamps
+flicker up and down, so over many pairs it would look like noise.
 
-Two frames are held at a time, and the tables.
+Only two frames at a time and the tables are held in memory.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -33,28 +34,28 @@ from chartless.frames.frame import Frame, FrameSource
 from chartless.frames.same_scene import compare_scenes, glimpse
 from chartless.types import Bools, Counts, Levels
 
-_DARKEST = 0.25  # of the range: steep curves lift the noise of black
+_DARKEST = 0.25  # share of the range: steep curves lift the noise of black
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class NoiseEvidence(AbstractEvidence):
-    """What is kept of the frames of one still scene."""
+    """Evidence from the frames of one still scene."""
 
     tables: dict[str, Cooccurrence]
-    """Co-occurrence table of each channel, by its name."""
+    """Co-occurrence table of each channel, by name."""
     checks: tuple[PairCheck, ...]
     """One for each pair of consecutive frames."""
     bit_depth: int
-    """Of the frames as read."""
+    """Bit depth of the frames as read."""
     sources: tuple[FrameSource, ...]
-    """One for each frame, in their order."""
+    """One for each frame, in order."""
     n_frames: int
-    """Frames of one exposure: one more than pairs of consecutive ones."""
+    """Number of frames of one exposure: one more than consecutive pairs."""
 
     dark: Mapping[str, Counts] = field(default_factory=dict)
-    """How often each level occurs in frames taken with the lens covered, by channel; empty without
-    such frames."""
+    """Counts of each level in frames taken with the lens covered, by channel; empty
+    without such frames."""
 
     @property
     @override
@@ -67,7 +68,7 @@ class NoiseEvidence(AbstractEvidence):
 
     @property
     def n_levels(self) -> int:
-        """Levels of the tables."""
+        """Number of levels of the tables."""
         return next(iter(self.tables.values())).n_levels
 
 
@@ -160,7 +161,7 @@ def joined(
     Returns
     -------
     NoiseEvidence
-        Of both runs as if they were counted as one.
+        Evidence of both runs as if counted as one.
     """
     return NoiseEvidence(
         {name: table + later.tables[name] for name, table in earlier.tables.items()},
@@ -188,9 +189,9 @@ def compare_pair(
     Returns
     -------
     dict of str to Cooccurrence
-        Of each channel, a small drift of brightness undone.
+        Table of each channel, with a small drift of brightness removed.
     PairCheck
-        What else the frames have in common.
+        Differences of the frames other than noise.
     """
     tables: dict[str, Cooccurrence] = {}
     drifts: dict[str, Drift | None] = {}
@@ -198,7 +199,7 @@ def compare_pair(
     most, share = 0.0, 0.0
     for name, plane in second.items():
         table = Cooccurrence.of_pair(first[name], plane, n_levels=n_levels, mask=mask)
-        # Between the teeth of a comb there is nothing to interpolate.
+        # A comb of used levels leaves nothing to interpolate.
         drift = None if empty_share(table) > EMPTY else estimated_drift(table)
         if drift is not None:
             most, share = max(most, drift.relative), max(share, drift.share)
@@ -234,7 +235,7 @@ def _explained(
     n_levels: int,
     mask: Bools | None,
 ) -> PairCheck:
-    """Look whether frames that are unfit show one scene, and how far they are displaced."""
+    """Check whether unfit frames show one scene, and how far they are displaced."""
     middle = list(second)[len(second) // 2]
     match = compare_scenes(
         *(glimpse(planes[middle], n_levels - 1, mask) for planes in (first, second))
@@ -247,12 +248,12 @@ def _explained(
 def dark_histograms(
     frames: Iterable[Frame], names: Collection[str], channels: str, n_levels: int
 ) -> dict[str, Counts]:
-    """How often each level occurs in frames taken with the lens covered, channel by channel.
+    """Count the levels in frames taken with the lens covered, by channel.
 
     Parameters
     ----------
     frames : iterable of Frame
-        None, one or more.
+        Any number of frames.
     names : collection of str
         Channels of the lit frames.
     channels, n_levels

@@ -1,4 +1,4 @@
-"""What a search means for level pairs of one exposure: goodness of fit, flags, and wider bands."""
+"""Judgement of a search with level pairs of one exposure: fit, flags and bands."""
 
 import numpy as np
 
@@ -13,16 +13,17 @@ from chartless.flags import Flag
 from chartless.inference.estimate import CurveEstimate
 from chartless.inference.posterior import Posterior
 
-# Flagged where dark frames would narrow the band by a tenth: that of twenty photographs by 0.3 % at
-# most, of scenes without anything below an irradiance of 0.2 by 13 % in the median; the error
-# itself fell from 0.017 to 0.007 there (14 measured cameras, means).
+# Flagged where dark frames would narrow the band by a tenth: they narrow it by 0.3 % at
+# most for twenty photographs, and by 13 % in the median for scenes without irradiance
+# below 0.2, where the error itself fell from 0.017 to 0.007 (14 measured cameras,
+# means).
 _WORTH_DARK = 0.1
 
 
 def judged_alone(
     estimate: CurveEstimate, posterior: Posterior, space: AbstractCurveSpace, still: Cleaned
 ) -> Judgement:
-    """Judge a search that had level pairs alone: a misfit widens the bands.
+    """Judge a search with level pairs alone: a misfit widens the bands.
 
     Parameters
     ----------
@@ -30,12 +31,12 @@ def judged_alone(
     posterior : Posterior
     space : AbstractCurveSpace
     still : Cleaned
-        The table of the pairs, without what moved.
+        Table of the pairs without outliers.
     """
     (fit,) = posterior.best.mode.fits
     assert isinstance(fit, PairFit)
     deviance = fit.model.relative_deviance(fit.counts)
-    widened = float(np.sqrt(max(1.0, deviance)))  # noise that the model does not know
+    widened = float(np.sqrt(max(1.0, deviance)))  # noise missing from the model
     estimate = estimate.scaled(widened)
     errors_by_dark = None
     if isinstance(space, FreeCurve) and not fit.counts.dark.any():
@@ -46,7 +47,7 @@ def judged_alone(
 
 
 def judged_beside(estimate: CurveEstimate, still: Cleaned, fit: PairFit) -> Judgement:
-    """Judge level pairs of which the curve was told by other evidence."""
+    """Judge level pairs where other evidence determined the curve."""
     return _judged(estimate, still, fit, fit.model.relative_deviance(fit.counts), None)
 
 

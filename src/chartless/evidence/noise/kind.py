@@ -32,7 +32,7 @@ _LARGEST_ERROR = 1e6  # of irradiance: any larger is damage
 
 @final
 class Noise(AbstractKind[Options, NoiseEvidence]):
-    """The noise of frames, compared with each other one after the other."""
+    """Noise of frames, each compared with the next."""
 
     name: ClassVar[str] = NAME
     title: ClassVar[str] = "noise of repeated frames"
@@ -97,7 +97,7 @@ class Noise(AbstractKind[Options, NoiseEvidence]):
 
     @override
     def remarks(self, evidence: NoiseEvidence, *, alone: bool) -> list[str]:
-        """Remark that sensors are not what is taken for usual in noise."""
+        """Remark on the limited accuracy of noise for raw files."""
         files = [source.path for source in evidence.sources if source.path.suffix]
         if not alone or not files:  # arrays have no suffix
             return []
@@ -142,7 +142,7 @@ class Noise(AbstractKind[Options, NoiseEvidence]):
 
 
 def _errors_by_dark(entry: JsonObject, n_levels: int) -> tuple[float, float] | None:
-    """Errors now and with dark frames, of version 1 of the file, which held both at each level."""
+    """Errors without and with dark frames in file version 1, which has each level's."""
     stds = [entry.get(name) for name in ("inverse_lut_std", "inverse_lut_std_with_dark")]
     if None in stds:
         return None

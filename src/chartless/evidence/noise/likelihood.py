@@ -1,4 +1,4 @@
-r"""How probable level pairs are, given a curve, noise and a scene: the exact likelihood.
+r"""Exact likelihood of level pairs, given a curve, noise and a scene.
 
 A pixel of true irradiance Ĩ shows level i with probability
 
@@ -11,8 +11,9 @@ e_L = ∞: rounding and clipping are part of the model. With a scene of weights 
 frames show the pair (i, j) with probability Q = A diag(p) Aᵀ, and counts C have the
 log-likelihood Σ C ln Q. Level counts c of dark frames, where Ĩ = 0, add Σ c ln A(0).
 
-The curve enters through its L − 1 edges only. The functions here take them as they are, so they
-serve every family of curves and none; ln u, ln v and ln p complete the unknowns.
+The curve enters through its L − 1 edges only. The functions here take the edges
+directly, so they work with any family of curves or none; ln u, ln v and ln p complete
+the unknowns.
 """
 
 from dataclasses import dataclass
@@ -27,33 +28,35 @@ from chartless.inference.term import Expansion
 from chartless.noise import AffineNoise
 from chartless.types import Counts, Floats
 
-# What is less probable than this counts as so probable: −ln of it is a finite price.
+# Least probability, so that its logarithm is finite.
 _LEAST = 1e-14
-# A node has no part in levels that it shows less often than this.
+# Probability of a level below which a node does not contribute to it.
 _NO_PART = 1e-9
-# Nodes of the scene lie no further apart than so many deviations of the noise, where time allows.
+# Largest spacing of nodes in deviations of the noise, where time allows.
 SPACING, _MOST_NODES = 0.67, 512
 DARK_PIXELS = 20_000
-"""Pixels of dark frames that count, at most: more of them know the toe of the curve so well that
-what a family cannot follow there spoils the rest."""
+"""Largest effective number of pixels of dark frames: more would determine the toe of
+the curve so well that a family unable to follow it there would fit the rest badly."""
 SCENE_NODES = 128
-"""Nodes of a scene, at least."""
+"""Least number of nodes of a scene."""
 SCENE_STEP = 0.5
-"""Deviation of ln p from one node to the next, at so many nodes: how rough scenes are."""
-_SCENE_LEVEL = 1e-3  # precision of ln p itself: p is normalised, so it is no matter
+"""Deviation of ln p from one node to the next, at this number of nodes: the roughness
+of scenes."""
+_SCENE_LEVEL = 1e-3  # precision of ln p itself: immaterial, as p is normalised
 _NORMAL = 1 / np.sqrt(2 * np.pi)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PairCounts:
-    """Counted evidence, as the likelihood takes it."""
+    """Counts of level pairs and dark frames, prepared for the likelihood."""
 
     pairs: Floats
     """Symmetric counts C + Cᵀ of level pairs, shape (L, L)."""
     dark: Floats
-    """Weighted counts of the levels of dark frames, shape (L,); zeros without."""
+    """Weighted counts of the levels of dark frames, shape (L,); zeros without such
+    frames."""
     weight: float = 1.0
-    """Of the pairs in the likelihood, for pairs that are not independent."""
+    """Weight of the pairs in the likelihood, for pairs that are not independent."""
 
     @classmethod
     def of(
@@ -66,12 +69,12 @@ class PairCounts:
 
     @property
     def n_levels(self) -> int:
-        """L."""
+        """Number of levels L."""
         return len(self.dark)
 
     @property
     def n_pairs(self) -> float:
-        """Pixel pairs, before they are weighted."""
+        """Number of pixel pairs, unweighted."""
         return float(self.pairs.sum()) / 2
 
 
@@ -98,7 +101,7 @@ def scene_precision(n_nodes: int) -> Floats:
 
 
 class PairModel:
-    """Probabilities of level pairs for one state of knowledge; computed when asked for.
+    """Probabilities of level pairs at one state of the unknowns, found on demand.
 
     Parameters
     ----------
@@ -115,27 +118,27 @@ class PairModel:
 
     @cached_property
     def _distance(self) -> Floats:
-        """Of each edge from each node in deviations, shape (L − 1, K)."""
+        """Distance of each edge from each node in deviations, shape (L − 1, K)."""
         return (self.edges[:, np.newaxis] - self.scene.nodes) / self.deviation
 
     @cached_property
     def _density(self) -> Floats:
-        """Of the normal distribution at each edge from each node, shape (L − 1, K)."""
+        """Normal density at each edge from each node, shape (L − 1, K)."""
         return np.asarray(_NORMAL * np.exp(-0.5 * self._distance**2))
 
     @cached_property
     def _by_edge(self) -> Floats:
-        """Derivative of what lies below each edge in the edge, shape (L − 1, K)."""
+        """Derivative of the share below each edge by the edge, shape (L − 1, K)."""
         return np.asarray(self._density / self.deviation)
 
     @cached_property
     def _by_variance(self) -> Floats:
-        """Derivative of what lies below each edge in the variance, shape (L − 1, K)."""
+        """Derivative of the share below each edge by the variance, shape (L − 1, K)."""
         return np.asarray(self._density * self._distance / (-2 * self.deviation**2))
 
     @cached_property
     def shares(self) -> Floats:
-        """A: how often a node shows each level, shape (L, K)."""
+        """A: probability of each level at each node, shape (L, K)."""
         return _differences(ndtr(self._distance), last=1.0)
 
     @cached_property
@@ -159,10 +162,10 @@ class PairModel:
         return value + (float(counts.dark @ np.log(self.dark)) if counts.dark.any() else 0.0)
 
     def relative_deviance(self, counts: PairCounts) -> float:
-        """Deviance of the pairs against the saturated model, over what chance gives on average.
+        """Deviance of the pairs from the saturated model, over its mean by chance.
 
-        1 if the model is right. Cells are Poisson counts, whose mean deviance is 1 only for
-        large expectations.
+        It is 1 if the model is right. Cells are Poisson counts, whose mean deviance is
+        1 only for large expectations.
         """
         upper = np.triu_indices(counts.n_levels)
         seen = counts.pairs[upper]
@@ -181,7 +184,7 @@ class PairModel:
 
     @property
     def noise_directions(self) -> Floats:
-        """How the variance at the nodes changes with ln u and with ln v, shape (2, K)."""
+        """Derivatives of the variance at the nodes by ln u and ln v, shape (2, K)."""
         return np.stack(
             [
                 self.noise.slope * self.scene.nodes,
@@ -192,15 +195,15 @@ class PairModel:
     def expand(self, counts: PairCounts, directions: Floats | None = None) -> Expansion:
         """Log-likelihood, gradient and expected information.
 
-        The information has a closed form: an edge touches two rows and two columns of Q, so
-        no table of L² × (L + K) derivatives is ever made.
+        The information has a closed form: an edge touches two rows and two columns of
+        Q, so no table of L² × (L + K) derivatives is needed.
 
         Parameters
         ----------
         counts : PairCounts
         directions : ndarray, shape (D, K), optional
-            How the variance at the nodes changes with each unknown of the noise, instead of
-            `noise_directions`; the first node is at black.
+            Derivatives of the variance at the nodes by each unknown of the noise,
+            instead of `noise_directions`; the first node is at black.
         """
         if directions is None:
             directions = self.noise_directions
@@ -269,7 +272,7 @@ class PairModel:
         ----------
         n_pixels : float
         rates : ndarray, shape (D,)
-            How the variance at black changes with each unknown of the noise.
+            Derivatives of the variance at black by each unknown of the noise.
 
         Returns
         -------
@@ -279,7 +282,7 @@ class PairModel:
         return np.asarray(n_pixels * change.T @ (change / self.dark[:, np.newaxis]))
 
     def _dark_changes(self, rates: Floats) -> Floats:
-        """How `dark` changes with the edges and the noise, shape (L, L − 1 + D)."""
+        """Derivatives of `dark` by the edges and the noise, shape (L, L − 1 + D)."""
         deviation = np.sqrt(self.noise.floor)
         distance = self.edges / deviation
         density = _NORMAL * np.exp(-0.5 * distance**2)
@@ -289,19 +292,19 @@ class PairModel:
 
 
 def n_nodes_for(noise: AffineNoise) -> int:
-    """Nodes of a scene that lie close enough for the noise."""
+    """Number of nodes of a scene that is fine enough for the noise."""
     extent = float(np.exp(log_extent(noise.ratio))) / np.sqrt(noise.floor)
     return max(SCENE_NODES, int(np.ceil(extent / SPACING)))
 
 
 def even_scene(noise: AffineNoise) -> Scene:
-    """Scene of equal weights, at nodes fine enough for the noise as far as time allows."""
+    """Scene of equal weights, with nodes fine enough for the noise if time allows."""
     n_nodes = min(n_nodes_for(noise), _MOST_NODES)
     return Scene(on_even_scale(n_nodes, noise.ratio), np.zeros(n_nodes))
 
 
 def with_scene(edges: Floats, noise: AffineNoise, counts: PairCounts, steps: int) -> PairModel:
-    """Model of a curve and noise with the scene that the counts ask for.
+    """Model of a curve and noise with the scene fitted to the counts.
 
     Parameters
     ----------
@@ -309,7 +312,7 @@ def with_scene(edges: Floats, noise: AffineNoise, counts: PairCounts, steps: int
     noise : AffineNoise
     counts : PairCounts
     steps : int
-        Of expectation maximisation, from an even scene.
+        Number of steps of expectation maximisation, from an even scene.
     """
     model = PairModel(edges, noise, even_scene(noise))
     for _ in range(steps):
@@ -334,7 +337,7 @@ def _deviance_table() -> tuple[Floats, Floats]:
 
 
 def _differences(below: Floats, last: float = 0.0) -> Floats:
-    """From what lies below the inner edges to what lies in the levels, along the first axis."""
+    """Values of levels from those below the inner edges, along the first axis."""
     result = np.empty((len(below) + 1, *below.shape[1:]))
     result[0] = below[0]
     np.subtract(below[1:], below[:-1], out=result[1:-1])
@@ -354,8 +357,8 @@ def _quadratic(shares: Floats, matrix: Floats) -> Floats:
 def _of_edges(moved: Floats, upper: Floats, lower: Floats, inverse: Floats) -> Floats:
     """Information on the edges from one pair, shape (L − 1, L − 1).
 
-    Edge j moves probability B_j, a row of `moved`, from row j + 1 of Q to row j, and the same
-    of columns; `upper` and `lower` are B/Q in these two rows.
+    Edge j moves probability B_j, a row of `moved`, from row j + 1 of Q to row j, and
+    likewise for columns; `upper` and `lower` are B/Q in these two rows.
     """
     left, right = moved[:, :-1], moved[:, 1:]
     cross = left.T * right * inverse[:-1, 1:]
@@ -378,7 +381,7 @@ def _of_scene(shares: Floats, weights: Floats, inverse: Floats) -> Floats:
     end = len(shares) - active[::-1].argmax(axis=0)
     information = np.zeros((n_nodes, n_nodes))
     for k in range(n_nodes):
-        # Levels and further nodes that share levels with node k; both are runs.
+        # Levels, and further nodes that share levels with node k; both are contiguous.
         levels = slice(first[k], end[k])
         others = slice(k, k + int(np.searchsorted(first[k:], end[k])))
         both = shares[levels, others] * shares[levels, k, np.newaxis]

@@ -1,7 +1,8 @@
-"""Which kind of misfit it is, when the level pairs are not those that a model expects.
+"""Classification of the misfit of level pairs and model.
 
-Noise that is not Gaussian shows in the kurtosis of the differences of pairs, by its sign and by
-how far out it arises; levels that a camera skips or favours show in single frames already.
+Non-Gaussian noise shows in the kurtosis of the differences of pairs, by its sign and by
+how far out it arises; levels that a camera skips or favours already show in single
+frames.
 """
 
 import numpy as np
@@ -11,23 +12,24 @@ from chartless.evidence.noise.cooccurrence import difference_moments
 from chartless.flags import Advice
 from chartless.types import Floats
 
-# The limits lie between what simulated faults gave; tests/test_misfit.py repeats the faults.
+# Limits between the values of simulated faults, which tests/test_misfit.py repeats.
 _LEVEL_WISE = 0.9  # share of the deviance: combs and bent levels 0.96 and more, others up to 0.85
-# Kurtosis beyond the model's and that of a Gaussian: the median of 3 × 3 pixels 0.07 and more, JPEG
-# and movers up to 2; uniform noise 0.5 below, families too stiff for a camera up to 0.07 below.
+# Difference of the kurtosis from the model's and from that of a Gaussian: the median of
+# 3 × 3 pixels 0.07 and more, JPEG and movers up to 2; uniform noise 0.5 below, families
+# too stiff for a camera up to 0.07 below.
 _GAUSSIAN, _PEAKED, _FLAT = 3.0, 0.05, 0.2
-# Deviations beyond which movers are; share of the excess kurtosis from there: movers 0.69 and more,
-# denoised, compressed and Laplacian noise up to 0.50.
+# Deviations beyond which movers lie; share of the excess kurtosis from there: movers
+# 0.69 and more, denoised, compressed and Laplacian noise up to 0.50.
 _FAR, _MOSTLY_FAR = 4.5, 0.6
 _FEWEST_PAIRS = 100  # at a sum of levels, for a fourth moment
-# Of the kurtosis from that of a model by the noise level alone: 0.035 or less in 57 of 60 simulated
-# cameras without faults; JPEG of quality 85, H.264 of CRF 10 (at an error of 0.009), movers and
-# shifts of 0.3 pixels 0.077 and more.
+# Difference of the kurtosis from that of a model by the noise level alone: 0.035 or
+# less in 57 of 60 simulated cameras without faults; JPEG of quality 85, H.264 of CRF 10
+# (at an error of 0.009), movers and shifts of 0.3 pixels 0.077 and more.
 _GAUSSIAN_ENOUGH = 0.07
 
 
 class Pattern(Advice):
-    """How the level pairs differ from what the model expects, with what makes them so."""
+    """Pattern of a misfit of level pairs, with its likely causes."""
 
     PEAKED = (
         "peaked",
@@ -68,14 +70,14 @@ class Pattern(Advice):
 
 
 def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
-    """Kind of the misfit between level pairs and a model.
+    """Classify the misfit between level pairs and a model.
 
     Parameters
     ----------
     seen : ndarray of float, shape (L, L)
         Symmetric counts C + Cᵀ.
     expected : ndarray of float, shape (L, L)
-        What the model expects of them, above 0.
+        Counts expected by the model, above 0.
 
     Returns
     -------
@@ -87,7 +89,7 @@ def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
     pixels = _told(seen)
     kurtosis, far = _kurtosis(seen, pixels)
     model, model_far = _kurtosis(expected, pixels)
-    # A poor model is wrong about the kurtosis too: a Gaussian's has to agree.
+    # A poor model is wrong about the kurtosis too: a Gaussian must agree.
     if kurtosis - max(model, _GAUSSIAN) > _PEAKED:
         mostly_far = far - model_far > _MOSTLY_FAR * (kurtosis - model)
         return Pattern.FAR_TAILS if mostly_far else Pattern.PEAKED
@@ -97,10 +99,10 @@ def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
 
 
 def is_gaussian(seen: Floats, expected: Floats) -> bool:
-    """Whether the differences of level pairs are spread about zero as Gaussian noise makes them.
+    """Whether the differences of level pairs have the kurtosis of Gaussian noise.
 
-    Denoising, compression and movers change the kurtosis; scene and noise level do not. So it tells
-    of a model whose scene is not good enough for a deviance.
+    Denoising, compression and movers change the kurtosis; scene and noise level do not.
+    So it can judge a model whose scene is not good enough for a deviance.
 
     Parameters
     ----------
@@ -114,7 +116,7 @@ def is_gaussian(seen: Floats, expected: Floats) -> bool:
 
 
 def _told(seen: Floats) -> Floats:
-    """Pixels at each sum of two levels that tell a kurtosis, shape (2L − 1,)."""
+    """Pixels at each sum of two levels, 0 if too few for a kurtosis, (2L − 1,)."""
     pixels, _, squares = difference_moments(_unclipped(seen))
     pixels[(pixels < _FEWEST_PAIRS) | (squares == 0)] = 0.0
     return pixels
@@ -128,8 +130,8 @@ def _deviance(seen: Floats, expected: Floats) -> float:
 def _kurtosis(pairs: Floats, pixels: Floats) -> Floats:
     """Kurtosis of the difference of pairs, and the part of it that is far out, shape (2,).
 
-    It is taken at each sum of two levels, so that no error of the noise level enters, and
-    averaged over the pixels, shape (2L − 1,), that count there.
+    It is computed at each sum of two levels, so that no error of the noise level
+    enters, and averaged with the weights `pixels`, shape (2L − 1,).
     """
     pairs = _unclipped(pairs)
     n, _, squares = difference_moments(pairs)
@@ -147,7 +149,7 @@ def _kurtosis(pairs: Floats, pixels: Floats) -> Floats:
 
 
 def _unclipped(pairs: Floats) -> Floats:
-    """The pairs without those of black and white."""
+    """Pairs without black and white."""
     inner = np.zeros_like(pairs)
     inner[1:-1, 1:-1] = pairs[1:-1, 1:-1]
     return inner

@@ -1,11 +1,11 @@
-"""What users may choose about noise."""
+"""Options for noise."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from chartless.evidence.options import Option, option
 
-if TYPE_CHECKING:  # the command line does without NumPy
+if TYPE_CHECKING:  # the command line avoids NumPy
     import os
     from collections.abc import Sequence
 
@@ -14,13 +14,14 @@ if TYPE_CHECKING:  # the command line does without NumPy
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Options:
-    """What users may choose about noise.
+    """Options for noise.
 
     Parameters
     ----------
     dark : sequence of paths or of ndarray
-        Frames of the same camera with the same settings and the lens covered. They determine the
-        noise at black and the curve there, of use where the scene has no dark parts.
+        Frames of the same camera with the same settings and the lens covered. They
+        determine the noise and the curve at black, which helps where the scene has no
+        dark parts.
     """
 
     dark: "Sequence[str | os.PathLike[str] | Levels]" = option(

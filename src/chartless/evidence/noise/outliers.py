@@ -1,10 +1,10 @@
-"""Pixels that changed far more than noise explains: found in the table alone, and left out.
+"""Removal of pixels that changed far more than noise explains, in the table alone.
 
-What walks through the picture changes its pixels by any amount, and a few such pairs of levels
-outweigh the noise of all others. At each sum of the two levels the deviation of their difference
-is estimated from the pairs within a few deviations of zero, in rounds until cut and deviation
-agree; pairs far outside are outliers. Sums with few pairs borrow from their neighbours, so that
-a sum that only movers show does not pass for noise.
+Moving objects change pixels by any amount, and a few such pairs of levels outweigh the
+noise of all others. At each sum of the two levels the deviation of their difference is
+estimated from the pairs within a few deviations of zero, in rounds until cut and
+deviation agree; pairs far outside are outliers. Sums with few pairs borrow from their
+neighbours, so that a sum with only movers is not mistaken for noise.
 """
 
 from functools import cache
@@ -16,16 +16,16 @@ from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.types import Bools, Counts, Floats
 
 FAR = 6.0
-"""Deviations of the difference beyond which a pair is no noise."""
+"""Deviations of the difference beyond which a pair is not noise."""
 SOME_MOVERS = 1e-3
 """Share of the pairs left out above which a result is flagged."""
-# Pairs within so many deviations estimate; they hold this part of the variance of a normal
-# distribution, 1 − 2cφ(c)/(2Φ(c) − 1).
+# Deviations c within which pairs are used, and the part of the variance of a normal
+# distribution within them, 1 − 2cφ(c)/(2Φ(c) − 1).
 _CORE, _CORE_VARIANCE = 2.5, 0.9113
 _ROUNDS = 20  # in each the core may grow by a half
 _AGREED = 1e-3  # relative change of the deviations
-_LEAST_STEPS = 2.0  # between used levels, that are never called far
-_REACH = 4.0  # levels over which noise is taken for alike
+_LEAST_STEPS = 2.0  # steps between used levels that are never outliers
+_REACH = 4.0  # levels over which noise is assumed similar
 _MEDIAN_TO_DEVIATION = 1.4826  # of a normal distribution
 
 
@@ -51,10 +51,10 @@ def without_outliers(table: Cooccurrence) -> Cleaned:
 
     Notes
     -----
-    More than half of the pairs have to be noise. Simulated photographs lose less than one pair in
-    a million, through steep curves, clipping and few levels too; almost black pictures through
-    the toe of a film up to 2 in 10⁴, as their noise is far from normal. Movers within 6
-    deviations stay.
+    More than half of the pairs must be noise. Simulated photographs lose less than one
+    pair in a million, also with steep curves, clipping and few levels; almost black
+    pictures on the toe of a film lose up to 2 in 10⁴, as their noise is far from
+    normal. Movers within 6 deviations remain.
     """
     counts: Counts = np.where(outlying(table), 0, table.counts)
     left_out = table.n_pairs - int(counts.sum())
@@ -62,11 +62,12 @@ def without_outliers(table: Cooccurrence) -> Cleaned:
 
 
 def outlying(table: Cooccurrence) -> Bools:
-    """Which pairs of levels lie further apart than noise explains, shape (L, L)."""
+    """Whether pairs of levels are further apart than noise explains, shape (L, L)."""
     level = np.arange(table.n_levels)
     earlier = level[:, np.newaxis]
     deviation = difference_deviation(table)
-    # Where the noise changes quickly with the level, that of the two differs from that between.
+    # Where the noise changes quickly with level, that at both levels differs from that
+    # between.
     apart = np.hypot(deviation[2 * earlier], deviation[2 * level]) / np.sqrt(2)
     noise = np.maximum(apart, deviation[earlier + level])
     step = _step(table)
@@ -76,7 +77,7 @@ def outlying(table: Cooccurrence) -> Bools:
 
 
 def difference_deviation(table: Cooccurrence) -> Floats:
-    """Deviation of the difference at each sum of two levels, as the bulk of the pairs has it.
+    """Deviation of the difference at each sum of two levels, of the bulk of pairs.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def difference_deviation(table: Cooccurrence) -> Floats:
 
 @cache
 def _nearness(n_levels: int) -> Floats:
-    """Weights that sums lend to each other, shape (2L − 1, 2L − 1); none vanishes."""
+    """Weights between sums of levels, shape (2L − 1, 2L − 1), all above 0."""
     sums = np.arange(2 * n_levels - 1)
     nearness = np.exp(-np.abs(sums[:, np.newaxis] - sums) / (2 * _REACH))
     return np.asarray(np.maximum(nearness, 1e-100))

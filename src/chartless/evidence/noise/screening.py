@@ -1,13 +1,13 @@
-"""Whether frames are fit to be calibrated from, and how far the result is to be trusted.
+"""Screening of frames: whether they are fit for calibration, and doubts.
 
-Calibration by noise reads the difference of two frames. It is fit when that difference is
-pixel noise and nothing else. So each check measures which share of the squared difference
-something else explains: the frames were displaced, the brightness changed, patches of the
-scene moved. A share above `GROSS` is refused, one above `SUSPICIOUS` flagged.
+Calibration by noise uses the difference of two frames, which must be pixel noise and
+nothing else. So each check measures the share of the squared difference that something
+else explains: the frames were displaced, the brightness changed, patches of the scene
+moved. A share above `GROSS` is refused, one above `SUSPICIOUS` flagged.
 
-What is made up for later counts less here: patches and neighbours are measured without the
-drift of brightness (module `drift`) and without the pixels that changed far more than noise
-explains (`outliers`).
+Effects that are corrected later count less here: patches and neighbours are measured
+without the drift of brightness (module `drift`) and without the pixels that changed far
+more than noise explains (`outliers`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,35 +23,38 @@ from chartless.evidence.noise.outliers import SOME_MOVERS, without_outliers
 from chartless.flags import Flag
 
 GROSS = 0.5
-"""Above this share, what should be noise is mostly something else: refused."""
+"""Share of the difference explained by something other than noise above which frames
+are refused."""
 DRIFTING = 0.02
-"""Share of a change of brightness above which frames are flagged: 5 % in bright parts."""
+"""Share explained by a change of brightness above which frames are flagged: 5 % in
+bright parts."""
 CORRELATED = 0.15
-"""Correlation of noise, of neighbours or channels, above which it is flagged; raw has 0."""
+"""Correlation of noise between neighbours or channels above which frames are flagged;
+raw has 0."""
 MOST_MOVERS = 0.1
 """Share of pixels that changed far more than noise explains, above which frames are refused."""
 LEAST_RESEMBLANCE = 0.25
 """Correlation of the levels of two frames below which they show no common scene, and are refused.
 
-Of 153 pairs of different photographs, those that every other check lets pass have 0.05 at most;
-here noise has three times the variance of the scene."""
+Of 153 pairs of different photographs, those that pass every other check have 0.05 at
+most; at this limit noise has three times the variance of the scene."""
 EMPTY = 0.04
-"""Share of levels never used between used ones, above which it is flagged."""
+"""Share of unused levels between used ones above which frames are flagged."""
 MOST_CLIPPED = 0.9
 """Share of black and white pixels above which frames are refused."""
 LEAST_PAIRS, FEW_PAIRS = 10, 100
-"""Pairs per level seen below which frames are refused, and flagged."""
+"""Numbers of pairs per level below which frames are refused, and flagged."""
 LEAST_NOISE = 0.3
 """Noise deviation in steps between used levels below which rounding hides most of it.
 
 Rounding itself has 0.29."""
 _MOVED = 0.5  # pixels
-_COMB, _EXPECTED = 16, 10  # levels on either side, pixels at each: an empty one is no chance
+_COMB, _EXPECTED = 16, 10  # levels on either side, pixels at each: no chance gaps
 _RARE = 1e-3  # share of pixels at either end that do not count as covered levels
 
 
 def empty_share(table: Cooccurrence) -> float:
-    """Share of levels never used, of those that should be as their neighbours are.
+    """Share of unused levels among those whose neighbours are used.
 
     A picture stretched by a factor s, or of fewer bits than its file, leaves 1 − 1/s of its
     levels empty, like a comb. A level counts if the 16 on either side average 10 pixels:
@@ -68,11 +71,11 @@ def empty_share(table: Cooccurrence) -> float:
 
 
 def resemblance(table: Cooccurrence) -> float:
-    """Correlation of the levels that the pixels of one frame and of the next have.
+    """Correlation of the levels of pixels in one frame and in the next.
 
-    Frames of one still scene have the scene's share of the variance, and different scenes 0, more
-    or less. Where the levels cover too little, as those of a dark frame do, it is 1: noise is all
-    that there is to see.
+    For frames of one still scene it is the scene's share of the variance, for different
+    scenes about 0. Where the levels cover too little, as in a dark frame, it is 1, as
+    only noise can be observed.
     """
     low, high = covered_levels(table)
     if high - low < LEAST_COVERAGE * (table.n_levels - 1):
@@ -104,7 +107,7 @@ def screen(
     covering: bool = True,
     lossy: bool = False,
 ) -> Mapping[str, tuple[Flag, ...]]:
-    """Refuse frames from which nothing can be learned; say what is doubtful about the rest.
+    """Refuse frames from which nothing can be learned; flag what is doubtful.
 
     Parameters
     ----------
@@ -123,7 +126,7 @@ def screen(
     Raises
     ------
     UnfitFramesError
-        With one sentence that says why and what to do.
+        If nothing can be learned; the message says why and what to do.
     """
     for number, check in enumerate(checks, start=1):
         if not check.one_scene:
@@ -145,7 +148,7 @@ def _screen_frames(checks: Sequence[PairCheck]) -> set[Flag]:
 
 
 def _refuse(number: int, check: PairCheck) -> None:
-    """Refuse the frame of a number and the next if nothing can be learned from them."""
+    """Refuse a frame and the next if nothing can be learned from them."""
     reason = unfit(check)
     if reason is not None:
         msg = f"frames {number} and {number + 1}{reason}"
@@ -153,7 +156,7 @@ def _refuse(number: int, check: PairCheck) -> None:
 
 
 def unfit(check: PairCheck) -> str | None:  # noqa: PLR0911 - a reason each
-    """Why nothing can be learned from two frames, as the end of a sentence; None if it can."""
+    """Reason why frames are unfit, as the end of a sentence; None if they are fit."""
     if not check.one_scene:
         return (
             " do not show the same scene: give frames of one still scene, taken with one exposure"

@@ -1,9 +1,9 @@
-"""The curve from the noise level alone: generalised least squares, in milliseconds.
+"""Curve from the noise level alone, by generalised least squares, in milliseconds.
 
-The deviation of the noise seen at brightness O is σ_O = σ(I)/g′(O), so ln g′ is
-½ ln(uI + v) − ln σ_O: linear in the log slopes w of g, up to ½ ln(1 + rI), for which a few rounds
-suffice. The ratio r = u/v stays what it is taken for: the noise level alone is explained as well
-at every ratio.
+The deviation of the noise observed at brightness O is σ_O = σ(I)/g′(O), so ln g′ is ½
+ln(uI + v) − ln σ_O: linear in the log slopes w of g, up to ½ ln(1 + rI), for which a
+few rounds suffice. The ratio r = u/v is kept at its assumed value: all ratios explain
+the noise level equally well.
 """
 
 from typing import NamedTuple
@@ -19,23 +19,23 @@ from chartless.types import Bools, Floats, Indices
 
 _ROUNDS = 4
 _FEWEST = 50  # pairs at a level
-_CLIPPED = 1.0  # levels within so many deviations of the ends are cut
+_CLIPPED = 1.0  # deviations from the ends within which levels are clipped
 _LEAST_VARIANCE = 0.02  # levels²; rounding alone gives 1/12
 _MISFIT = 0.15  # deviation of ln σ from the model beyond chance
-_ROUNDING = 0.15  # the same, in levels, by what is left of rounding
+_ROUNDING = 0.15  # the same, in levels, by remaining rounding
 _FLOOR_SPREAD = 2.0  # prior deviation of ½ ln v
 _FURTHEST = 3.0  # of ½ ln v from its prior
 _SCENE_STEPS = 3  # of expectation maximisation
-_LEAST_LEVELS = 8  # from which noise can be divided into slope and floor
-_LEAST_PART = 1e-3  # of the noise: slope and floor have logarithms
-_MANY = 1e6  # pairs that a model's table stands for
+_LEAST_LEVELS = 8  # needed to separate slope and floor of the noise
+_LEAST_PART = 1e-3  # share of the noise: slope and floor have logarithms
+_MANY = 1e6  # pairs assumed in the table of a model
 
 
 class NoiseLevelFit(NamedTuple):
-    """Curve and noise that explain a noise level function."""
+    """Curve and noise fitted to a noise level function."""
 
     log_slopes: Floats
-    """Most probable, shape (L,)."""
+    """Most probable log slopes, shape (L,)."""
     log_floor: float
     """ln v."""
     prior: CurvePrior
@@ -56,13 +56,13 @@ class NoiseLevelFit(NamedTuple):
 
     @property
     def covariance(self) -> Floats:
-        """Of the log slopes, shape (L, L)."""
+        """Covariance of the log slopes, shape (L, L)."""
         known = self.prior.covariance[:, self.used]
         return np.asarray(self.prior.covariance - known @ cho_solve(self.gain, known.T))
 
 
 def noise_levels(pairs: Floats) -> tuple[Floats, Floats]:
-    """Noise variance in levels² about each level, rounding taken off, and pairs it is from.
+    """Noise variance about each level in levels², less rounding, and pairs used.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def fit_noise_levels(
     *,
     seen_share: Floats | float = 1.0,
 ) -> NoiseLevelFit:
-    """Curve and floor at the ratio of usual noise.
+    """Fit curve and floor at the ratio of usual noise.
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ def fit_noise_levels(
     usual : AffineNoise
         Its ratio u/v is kept, its floor is a first guess.
     seen_share : ndarray of shape (L,) or float
-        What `noise_levels` sees of the variance at each level: the histogram of the scene and the
-        bend of the curve make it more or less than all.
+        Share of the variance at each level that `noise_levels` measures: it differs
+        from 1 by the histogram of the scene and the bend of the curve.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def fit_noise_levels(
         away = cho_solve(gain, observed + 0.5 * np.log1p(usual.ratio * middle) - expected)
         slopes = prior.mean + prior.covariance[:, used] @ away
         half_floor = 0.5 * log_floor - _FLOOR_SPREAD**2 * float(away.sum())
-    # Slopes that do not add up to one stand for another floor.
+    # Slopes that do not sum to one imply another floor.
     scale = float(np.log(np.diff(bin_edges(n_levels)) @ np.exp(slopes)))
     half_floor = np.clip(
         half_floor - scale, 0.5 * log_floor - _FURTHEST, 0.5 * log_floor + _FURTHEST
@@ -138,10 +138,11 @@ def fit_noise_levels(
 def noise_level_start(
     counts: PairCounts, prior: CurvePrior, usual: AffineNoise
 ) -> tuple[NoiseLevelFit, Scene]:
-    """Curve and floor at the ratio of usual noise, and the scene that goes with them.
+    """Fit curve and floor at the ratio of usual noise, and the matching scene.
 
-    The noise level is fitted twice: the first fit tells what the differences of pairs show of
-    the variance, given the histogram of the scene; the second allows for it.
+    The noise level is fitted twice: the first fit gives the share of the variance that
+    differences of pairs show, given the histogram of the scene; the second corrects for
+    it.
     """
     seen = noise_levels(counts.pairs)
     first = fit_noise_levels(seen, prior, usual)
@@ -152,9 +153,10 @@ def noise_level_start(
 
 
 def noise_given_curve(counts: PairCounts, edges: Floats, usual: AffineNoise) -> AffineNoise:
-    """Noise that the differences of pairs show where the curve is known.
+    """Noise from the differences of pairs where the curve is known.
 
-    By least squares of relative differences; `usual` where there are too few levels.
+    It is fitted by least squares of relative differences; `usual` if levels are too
+    few.
     """
     variance, n_pairs = noise_levels(counts.pairs)
     deviation = np.sqrt(np.maximum(variance, _LEAST_VARIANCE))
@@ -179,7 +181,7 @@ def noise_given_curve(counts: PairCounts, edges: Floats, usual: AffineNoise) -> 
 
 
 def _unclipped(deviation: Floats) -> Bools:
-    """Levels whose noise is not cut at black or white."""
+    """Whether the noise at each level is not clipped at black or white."""
     last = deviation.size - 1
     level = np.arange(deviation.size)
     return (level - _CLIPPED * deviation >= _CLIPPED) & (
@@ -188,7 +190,7 @@ def _unclipped(deviation: Floats) -> Bools:
 
 
 def _seen_share(model: PairModel) -> Floats:
-    """What `noise_levels` sees of the noise variance that a model has at each level, shape (L,)."""
+    """Share of a model's noise variance that `noise_levels` measures, shape (L,)."""
     edges = np.concatenate([[0.0], model.edges, [1.0]])
     n_levels = edges.size - 1
     seen, _ = noise_levels(2 * _MANY * model.pairs)

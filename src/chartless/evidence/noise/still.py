@@ -1,9 +1,10 @@
-"""The part of a video in which nothing moves, counted while it is read.
+"""Longest still part of a video, counted while it is read.
 
-Each frame is compared with the one before; runs of frames between which nothing moved are counted
-as they come, and the longest is kept. So the video is decoded once and held nowhere. Nothing moved
-means what module `screening` means by it: a pair has no sign of a shift, of patches or of a
-change of brightness or, where there is no such run, it is at least not refused.
+Each frame is compared with the one before; runs of frames between which nothing moved
+are counted as they arrive, and the longest is kept. So the video is decoded once and
+never stored. Still is meant as in module `screening`: a pair shows no sign of a shift,
+of patches or of a change of brightness or, where there is no such run, it is at least
+not refused.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -24,24 +25,25 @@ from chartless.frames.frame import Frame, FrameSource, TimedFrame
 from chartless.types import Bools, Levels
 
 ENOUGH = 300
-"""Frames of a still run after which reading stops: 10 seconds. More tell hardly more."""
+"""Frames of a still run after which reading stops: 10 seconds. More add hardly
+anything."""
 MOST = 20 * ENOUGH
 """Frames after which reading stops in any case: webcams never end."""
 MOST_LEVELS = 256
-"""Of a video, unless more are asked for."""
-_FEW = 10  # frames of a run without doubts, below which a longer one is taken
+"""Largest number of levels of a video, unless more are requested."""
+_FEW = 10  # frames of a run without doubts, below which a longer one is used
 _UNEVEN, _MOST_UNEVEN = 0.25, 0.05  # deviation of an interval from the usual one, share of such
 _MOVED = {Flag.MOTION, Flag.STRUCTURED_DIFFERENCE, Flag.BRIGHTNESS_DRIFT}
 
 
 @dataclass(slots=True)
 class _Run:
-    """Consecutive frames between which nothing moves; it grows."""
+    """Growing run of consecutive frames between which nothing moves."""
 
     first: int
     """Number of its first frame in the video, from 1."""
     start: float | None
-    """Time of it, in seconds."""
+    """Time of its first frame, in seconds."""
     last: int
     end: float | None
     n_frames: int = 1
@@ -56,7 +58,7 @@ class _Run:
 
 
 class _Longest:
-    """Keeps the longest run of pairs that satisfy a condition, beside the one that grows."""
+    """Longest run of pairs that satisfy a condition, with the one that grows."""
 
     def __init__(self, is_still: Callable[[PairCheck], bool], time: float | None) -> None:
         self._is_still = is_still
@@ -65,7 +67,7 @@ class _Longest:
     def add(
         self, number: int, time: float | None, pairs: dict[str, Cooccurrence], check: PairCheck
     ) -> None:
-        """Take the next frame, compared with the one before."""
+        """Add the next frame, compared with the one before."""
         if not self._is_still(check):
             self._growing = _Run(number, time, number, time)
             return
@@ -97,7 +99,7 @@ def still_evidence(
     channels, mask
         As for `chartless.evidence.noise.gather.noise_evidence`.
     n_levels : int, optional
-        Levels are reduced to this many. Without, 256 or as many as the video has.
+        Levels are reduced to this many; by default to 256, or as many as the video has.
     sha256 : str
         Digest of the file.
     on_frame : callable, optional
@@ -106,7 +108,7 @@ def still_evidence(
     Returns
     -------
     NoiseEvidence
-        With the video as its one source; its remarks say which seconds were used.
+        Evidence with the video as its only source, whose remarks give the seconds used.
 
     Raises
     ------
@@ -141,19 +143,20 @@ def still_evidence(
 
 @dataclass(slots=True)
 class _Seen:
-    """What was seen of a video so far."""
+    """State of the reading of a video."""
 
     last: Frame | None = None
-    """Different from the one before."""
+    """Last frame that differs from the one before."""
     n_frames: int = 0
     n_repeated: int = 0
     times: list[float] = field(default_factory=list)
     reason: str = ""
-    """Why two frames are not still, as `chartless.evidence.noise.screening.unfit` says it."""
+    """Reason why two frames are not still, as given by
+    `chartless.evidence.noise.screening.unfit`."""
 
 
 def _distinct(video: Iterable[TimedFrame], seen: _Seen) -> Iterator[TimedFrame]:
-    """Frames that are not the one before once more; `seen` keeps account."""
+    """Yield frames that differ from the one before, and update `seen`."""
     for timed in video:
         seen.n_frames += 1
         if timed.time is not None:

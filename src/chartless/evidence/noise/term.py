@@ -1,4 +1,4 @@
-"""Level pairs of frames of one exposure as a term of the posterior."""
+"""Term of the posterior for level pairs of frames of one exposure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ from chartless.inference.term import AbstractFit, AbstractTerm, Expansion
 from chartless.types import Floats
 
 PAIR_WEIGHT = 0.2
-"""Of a pair of pixels in the likelihood: what keeps the model from being believed more than it
-deserves, see docs/design/0006-likelihood.md."""
+"""Weight of a pair of pixels in the likelihood: it keeps an imperfect model from being
+overconfident, see docs/design/0006-likelihood.md."""
 RIDGE_PAIRS = 10_000
-"""Weighted pairs that tell ratios of the noise parameters apart, at most: what does is how sharply
-the histogram of the scene rises and falls, and scenes are not as the model takes them, however many
-pixels there are."""
+"""Largest number of weighted pairs that distinguish ratios of the noise parameters.
+They do so by how sharply the histogram of the scene rises and falls, and scenes differ
+from the model for any number of pixels."""
 
 
 def scene_name(channel: str) -> str:
-    """Name of the scene of a channel, among blocks."""
+    """Name of the block of the scene of a channel."""
     return f"scene/{channel}"
 
 
@@ -71,7 +71,7 @@ class PairFit(AbstractFit):
     model: PairModel
     counts: PairCounts
     mix: Floats
-    """How (ln u, ln v) change with each unknown of the noise, shape (D, 2)."""
+    """Derivatives of (ln u, ln v) by each unknown of the noise, shape (D, 2)."""
 
     @override
     def log_likelihood(self) -> float:
@@ -80,7 +80,7 @@ class PairFit(AbstractFit):
     @property
     @override
     def firm(self) -> float:
-        """That of dark frames."""
+        """Log-likelihood of dark frames."""
         dark = self.counts.dark
         return float(dark @ np.log(self.model.dark)) if dark.any() else 0.0
 

@@ -1,4 +1,4 @@
-"""What measured points say besides the curve: the factor of their irradiance, and scatter."""
+"""Account of measured points: the factor of their irradiance, and scatter."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -10,22 +10,23 @@ from chartless.result.account import AbstractRecord, Account, Fact, Fit
 from chartless.types import JsonObject
 
 NAME = "points"
-"""Of this kind of evidence."""
+"""Name of this kind of evidence."""
 MUCH_SCATTER = 0.06
-"""Relative scatter of the irradiance above which brightness does not depend on it alone."""
+"""Relative scatter of the irradiance above which brightness does not depend on
+irradiance alone."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeenPoints(AbstractRecord):
-    """Points as the curve takes them, for figures."""
+    """Points in the irradiance of the curve, for figures."""
 
     irradiance: tuple[float, ...]
-    """1 is that of white, by the factor that was found."""
+    """Irradiance relative to white, by the estimated factor."""
     brightness: tuple[float, ...]
 
     @classmethod
     def from_json(cls, content: JsonObject) -> Self:
-        """Read what `to_json` wrote; ValueError if it is damaged."""
+        """Read the output of `to_json`; raise ValueError if it is damaged."""
         irradiance, brightness = (
             tuple(map(float, content[name])) for name in ("irradiance", "brightness")
         )
@@ -55,7 +56,7 @@ def account_of_points(*, seen: SeenPoints, white: float, scatter: float) -> Acco
     white : float
         Irradiance that just reaches white, in units of the table.
     scatter : float
-        Relative deviation of irradiance from what the curve makes of the brightness.
+        Relative deviation of irradiance from that of the curve at the same brightness.
     """
     return Account(
         kind=NAME,

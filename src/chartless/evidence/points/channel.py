@@ -1,4 +1,4 @@
-"""What measured points tell of one channel."""
+"""Measured points as evidence in one channel."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,14 +22,14 @@ from chartless.types import Bools, Floats
 @final
 @dataclass(frozen=True, eq=False)
 class MeasuredPoints(AbstractCurveEvidence):
-    """Brightness of known irradiance, at N points.
+    """Measured brightness at N points of known irradiance.
 
     Parameters
     ----------
     irradiance, brightness, std : ndarray, shape (N,)
-        As `chartless.evidence.points.gather.Point` has them.
+        As in `chartless.evidence.points.gather.Point`.
     levels : int
-        L of the curve that is to be found.
+        Number of levels L of the curve.
     absolute : bool
         Whether an irradiance of 1 is that of white.
     """
@@ -44,14 +44,14 @@ class MeasuredPoints(AbstractCurveEvidence):
 
     @cached_property
     def is_used(self) -> Bools:
-        """Which points say how much light there was: those neither black nor white, shape (N,)."""
+        """Whether points are neither black nor white, so that they count, (N,)."""
         step = 1 / (self.levels - 1)
         lit = (self.irradiance > 0) & (self.brightness > step / 2)
         return np.asarray(lit & (self.brightness < 1 - step))
 
     @cached_property
     def unit(self) -> float:
-        """Irradiance that the search takes for 1, so that its factor is never far from that."""
+        """Irradiance that the search takes as 1, so that its factor is near 1."""
         return 1.0 if self.absolute else float(np.median(self.irradiance[self.is_used]))
 
     @cached_property

@@ -24,7 +24,7 @@ def figures(channels: Sequence[Response]) -> tuple[Figure, ...]:
 
 
 def draw_points(axes: Axes, channels: Sequence[Response]) -> None:
-    """Light that the curve gives points over what was measured, less 1."""
+    """Draw the light of points by the curve relative to that measured, less 1."""
     for response in channels:
         brightness, apart = _apart(response)
         colour = CHANNEL_COLOURS[response.name]

@@ -30,7 +30,7 @@ class Point(NamedTuple):
     brightness: float
     std: float = USUAL_STD
     channel: str = ""
-    """R, G, B or Y; empty if it is of all channels."""
+    """R, G, B or Y; empty if it applies to all channels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ class PointsEvidence(AbstractEvidence):
 
     @override
     def channel(self, name: str) -> MeasuredPoints:
-        """Points of a channel, and those of all channels.
+        """Return the points of a channel, and those that apply to all.
 
         Raises
         ------
@@ -76,11 +76,11 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     Parameters
     ----------
     path : path-like
-        Text with a point in each row, cells separated by comma, semicolon or tab. The first row
-        names the columns: ``irradiance`` (0 and above), ``brightness`` (0 to 1) and, if known,
-        ``std`` (standard deviation of the brightness) and ``channel`` (R, G, B or Y; empty if it is
-        of all channels). Without names, columns are in this order. Lines that begin with ``#`` are
-        skipped.
+        Text with a point in each row, cells separated by comma, semicolon or tab. The
+        first row names the columns: ``irradiance`` (0 and above), ``brightness`` (0 to
+        1) and, if known, ``std`` (standard deviation of the brightness) and ``channel``
+        (R, G, B or Y; empty if it applies to all channels). Without names, columns are
+        in this order. Lines that begin with ``#`` are skipped.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     Raises
     ------
     ParameterError
-        If the file cannot be read, or a row is no point.
+        If the file cannot be read, or a row is not a point.
     """
     path = Path(path)
     text = read_text(path)

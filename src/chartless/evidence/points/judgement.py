@@ -1,4 +1,4 @@
-"""What a search means for measured points: their factor and scatter, flags."""
+"""Judgement of a search with measured points: factor, scatter and flags."""
 
 import numpy as np
 
@@ -8,9 +8,9 @@ from chartless.evidence.points.term import PointFit, PointTerm, points_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate
 
-# Between points the prior expects smoother curves than digital cameras have. Deviations as a
-# multiple of what the likelihood leaves: doubled they held at 0.99 of the levels of sixty cameras
-# (benchmarks/together.py).
+# Between points the prior expects smoother curves than digital cameras have. Factor on
+# the deviations of the likelihood: doubled, they held at 0.99 of the levels of sixty
+# cameras (benchmarks/together.py).
 _TIMES = 2.0
 # Deviation of the light above the brightest point, as a share of what the prior expects there.
 _UNSEEN = 1.0
@@ -26,11 +26,11 @@ def judged(
     estimate, found, term
         As for `AbstractCurveEvidence.judged`.
     unit : float
-        Irradiance in the table that the term takes for 1.
+        Irradiance in the table that the term takes as 1.
     """
     scale, scatter = np.exp(found.mode.values[points_name(found.channel)])
     model = term.model
-    if not term.absolute:  # the estimated curve is a mean, of another factor than the mode
+    if not term.absolute:  # the estimated curve is a mean, with another factor
         scale = np.median(estimate.curve.inverse(model.brightness) / model.irradiance)
     seen = SeenPoints(tuple((scale * model.irradiance).tolist()), tuple(model.brightness.tolist()))
     account = account_of_points(seen=seen, white=unit / float(scale), scatter=float(scatter))

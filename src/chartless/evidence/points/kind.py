@@ -24,7 +24,7 @@ from chartless.types import JsonObject
 
 @final
 class Points(AbstractKind[Options, PointsEvidence]):
-    """Brightness of known irradiance."""
+    """Measured brightness of known irradiance."""
 
     name: ClassVar[str] = NAME
     title: ClassVar[str] = "measured points of the curve"
@@ -42,7 +42,7 @@ class Points(AbstractKind[Options, PointsEvidence]):
             msg = f"`points` must be the name of a table, not {type(options.points).__name__}"
             raise ParameterError(msg)
         if not Path(options.points).is_file():
-            read_text(options.points)  # raises, and says why
+            read_text(options.points)  # raises with the reason
         unit = "" if options.points_absolute else ", up to a factor of irradiance"
         return Proposal(self.name, f"points of {Path(options.points).name}{unit}", ())
 

@@ -1,14 +1,14 @@
-r"""Measured points given a curve: a regression of light on brightness.
+r"""Likelihood of measured points given a curve: a regression of light on brightness.
 
-A point of the irradiance E and the brightness b stands for
+A point of irradiance E and brightness b is modelled by
 
     g(b) = k E + error,   variance  v = (s g'(b))² + (σ k E)²,
 
-with one factor k for all points, the deviation s of the brightness, which is given, and a relative
-scatter σ of light, which is found with the curve: what stray light, uneven lighting and processing
-do. What was measured is E, given b: its density has a factor k for each point, without which less
-light for everything would explain it better. Brightness is interpolated between the edges of
-levels, so that g(b) is linear in them.
+with one factor k for all points, the given deviation s of the brightness, and a
+relative scatter σ of light, which is due to stray light, uneven lighting and processing
+and estimated with the curve. The measurement is E, given b: its density has a factor k
+for each point, without which less light for all points would fit better. Brightness is
+interpolated between the edges of levels, so that g(b) is linear in them.
 """
 
 from dataclasses import dataclass
@@ -19,24 +19,24 @@ import numpy as np
 from chartless.inference.term import Expansion
 from chartless.types import Floats
 
-_LEAST_STEP = 1e-9  # of irradiance from one edge to the next
+_LEAST_STEP = 1e-9  # irradiance from one edge to the next
 
 
 @dataclass(frozen=True, eq=False)
 class PointModel:
-    """Points of one channel, ready for many looks at them."""
+    """Model of the points of one channel, prepared for repeated evaluation."""
 
     irradiance: Floats
-    """Up to the factor k, shape (N,)."""
+    """Irradiance up to the factor k, shape (N,)."""
     brightness: Floats
-    """Shape (N,)."""
+    """Brightness, shape (N,)."""
     std: Floats
     """Deviation of the brightness, shape (N,)."""
     n_levels: int
 
     @property
     def by_edges(self) -> Floats:
-        """Derivatives of g(b) in the edges, shape (N, L − 1)."""
+        """Derivatives of g(b) with respect to the edges, shape (N, L − 1)."""
         return self._weights[:, 1:-1]
 
     def light(self, edges: Floats) -> Floats:
@@ -51,7 +51,7 @@ class PointModel:
         return np.asarray(width * (self.n_levels - 1))
 
     def start(self, edges: Floats) -> float:
-        """Ln k for a first curve: the median of what points ask for."""
+        """Return ln k for a first curve: the median over the points."""
         lit = self.irradiance > 0
         return float(np.median(np.log(self.light(edges)[lit] / self.irradiance[lit])))
 
@@ -64,14 +64,14 @@ class PointModel:
         own : ndarray, shape (2,)
             Ln k and ln σ.
         slope : ndarray, shape (N,)
-            g'(b), by a look before: held, as it only weighs the points.
+            g'(b), from an earlier state: fixed, as it only weights the points.
         """
         scale, scatter = np.exp(own)
         known = scale * self.irradiance
         residual = self.light(edges) - known
         by_scatter = (scatter * known) ** 2
         variance = (self.std * slope) ** 2 + by_scatter
-        # Of the residual; and of ln of the variance, in ln k and in ln σ alike.
+        # Derivatives of the residual; of ln of the variance, equal for ln k and ln σ.
         moved = np.column_stack([self.by_edges, -known, np.zeros(known.size)])
         widened = 2 * by_scatter / variance
         squares = residual**2 / variance
@@ -84,14 +84,14 @@ class PointModel:
         return Expansion(value, gradient, information)
 
     def _places(self) -> tuple[np.ndarray, Floats]:
-        """Edge below each point, that of black included, and the share of the way to the next."""
+        """Edge below each point, counting that of black, and fraction to the next."""
         place = self.brightness * (self.n_levels - 1) + 0.5
         below = np.clip(np.floor(place).astype(np.intp), 0, self.n_levels - 1)
         return below, place - below
 
     @cached_property
     def _weights(self) -> Floats:
-        """How g(b) is made of the edges and the ends, shape (N, L + 1)."""
+        """Weights of the edges and the ends in g(b), shape (N, L + 1)."""
         below, part = self._places()
         rows = np.arange(below.size)
         weights = np.zeros((below.size, self.n_levels + 1))

@@ -1,17 +1,17 @@
-"""What users may choose about measured points."""
+"""Options for measured points."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from chartless.evidence.options import Option, option
 
-if TYPE_CHECKING:  # the command line does without NumPy
+if TYPE_CHECKING:  # the command line avoids NumPy
     import os
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What users may choose about measured points.
+    """Options for measured points.
 
     Parameters
     ----------
@@ -20,8 +20,8 @@ class Options:
         deviation of the brightness and the channel. See
         `chartless.evidence.points.gather.read_points`.
     points_absolute : bool
-        Whether an irradiance of 1 is that of white. Without, it is known up to a factor, another
-        for each channel.
+        Whether an irradiance of 1 is that of white. If not, irradiance is known up to a
+        factor, which differs between channels.
     """
 
     points: "str | os.PathLike[str] | None" = option(

@@ -1,4 +1,4 @@
-"""Whether measured points tell a curve, and what is doubtful about them."""
+"""Screening of measured points: whether they determine a curve, and doubts."""
 
 from collections.abc import Mapping
 
@@ -17,13 +17,14 @@ LEAST_ORDER = 0.8
 
 
 def screen_points(evidence: PointsEvidence, *, alone: bool) -> Mapping[str, tuple[Flag, ...]]:
-    """Refuse points from which no curve can be read; say what is doubtful about the rest.
+    """Refuse points from which no curve can be estimated; flag what is doubtful.
 
     Parameters
     ----------
     evidence : PointsEvidence
     alone : bool
-        Whether there is no other kind, which might show the levels that points do not.
+        Whether there is no other kind, which might show the levels missing from the
+        points.
 
     Returns
     -------
@@ -32,7 +33,7 @@ def screen_points(evidence: PointsEvidence, *, alone: bool) -> Mapping[str, tupl
     Raises
     ------
     UnfitFramesError
-        With one sentence that says why and what to do.
+        If no curve can be estimated; the message says why and what to do.
     """
     names = evidence.channels
     return {name: _screened(evidence, name, alone=alone) for name in names}
@@ -79,7 +80,7 @@ def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag
 
 
 def _rank_correlation(one: Floats, other: Floats) -> float:
-    """Spearman's, with mean ranks of ties; 1 where all values of one are alike."""
+    """Spearman correlation, with mean ranks of ties; 1 if one set is constant."""
     ranks = []
     for values in (one, other):
         _, place, counts = np.unique(values, return_inverse=True, return_counts=True)

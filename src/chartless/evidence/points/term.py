@@ -1,4 +1,4 @@
-"""Measured points as a term of the posterior."""
+"""Term of the posterior for measured points."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,13 +14,13 @@ from chartless.inference.term import AbstractFit, AbstractTerm, Expansion
 from chartless.types import Floats
 
 USUAL_SCATTER, SCATTER_SPREAD = 0.01, 1.0
-"""Median of the prior of σ, and the deviation of ln σ: reflectances of charts are good to 1 %."""
+"""Prior median of σ, and deviation of ln σ: charts have reflectances good to 1 %."""
 _ANY_SCALE, _EXACT_SCALE = 5.0, 1e-4  # deviation of ln k
-_MOST_LOOKS, _SETTLED = 5, 0.02  # change of ln of a slope from look to look
+_MOST_LOOKS, _SETTLED = 5, 0.02  # change of ln of a slope between looks
 
 
 def points_name(channel: str) -> str:
-    """Name of the factor and the scatter of points in a channel, among blocks."""
+    """Name of the block of factor and scatter of points in a channel."""
     return f"points/{channel}"
 
 
@@ -34,7 +34,7 @@ class PointTerm(AbstractTerm):
     absolute: bool
     """Whether the factor k is 1."""
     slope: Floats | None = None
-    """g' at the points, by the last look; None before any."""
+    """g' at the points, from the last look; None before the first."""
     looks: int = 0
 
     @property
@@ -71,7 +71,7 @@ class PointTerm(AbstractTerm):
 @final
 @dataclass(frozen=True, eq=False)
 class PointFit(AbstractFit):
-    """Points as a state shows them."""
+    """Model of the points at one state of the unknowns."""
 
     model: PointModel
     edges: Floats

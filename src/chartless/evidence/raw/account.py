@@ -1,10 +1,10 @@
-"""What raw files say besides the curve: matrix, gains, falloff and scatter."""
+"""Account of raw files: matrix, gains, falloff and scatter."""
 
 from chartless.flags import Flag
 from chartless.result.account import Account, Fact, Fit
 
 NAME = "raw"
-"""Of this kind of evidence."""
+"""Name of this kind of evidence."""
 MUCH_SCATTER = 0.06
 """Relative scatter of greys above which tones do not depend on light alone."""
 
@@ -19,11 +19,12 @@ def account_of_raw(
     matrix : tuple of three float
         Weights of the raw file's red, green and blue in the channel, of sum 1.
     gains : tuple of float
-        By which the camera brightened each shot, the first being 1.
+        Gains of the camera in each shot, the first being 1.
     corner_gain : float
-        By which it brightened the corners against the middle, to make up for the lens.
+        Gain of the corners relative to the middle, which corrects the lens.
     scatter : float
-        Relative deviation of the light of greys from what the curve makes of their levels.
+        Relative deviation of the light of greys from that of the curve at the same
+        level.
     """
     return Account(
         kind=NAME,

@@ -9,14 +9,14 @@ from chartless.types import Floats, Indices
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RawBlocks:
-    """Light and level of even blocks of pixels, in one channel."""
+    """Light and level of uniform blocks of pixels, in one channel."""
 
     level: Floats
     """Mean level of each block, shape (N,)."""
     light: Floats
-    """Red, green and blue of the raw file, white-balanced and of any scale, shape (N, 3)."""
+    """White-balanced red, green and blue of the raw file, arbitrary scale, (N, 3)."""
     chroma: Floats
-    """How far the block is from grey, 0 … 1, shape (N,)."""
+    """Distance of the block from grey, 0 … 1, shape (N,)."""
     radius: Floats
     """Distance from the middle of the picture as a share of half its diagonal, shape (N,)."""
     shot: Indices
@@ -24,12 +24,12 @@ class RawBlocks:
     base: Floats
     """Weights of red, green and blue for a camera without a matrix, shape (3,), of sum 1."""
     light_error: float
-    """How far black of the raw file may be from 0, in units of the light."""
+    """Error of the black level of the raw file, in units of the light."""
     n_levels: int
 
     @property
     def n_shots(self) -> int:
-        """Shots, with or without blocks."""
+        """Number of shots, with or without blocks."""
         return int(self.shot.max(initial=-1)) + 1
 
     @property

@@ -1,4 +1,4 @@
-"""What raw files tell of one channel."""
+"""Raw files as evidence in one channel."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,7 +22,7 @@ from chartless.types import Floats
 @final
 @dataclass(frozen=True, eq=False)
 class RawPairs(AbstractCurveEvidence):
-    """Light of raw files beside the levels of their JPEGs."""
+    """Light of raw files and levels of their JPEGs."""
 
     kind: ClassVar[str] = NAME
     compares_families: ClassVar[bool] = False

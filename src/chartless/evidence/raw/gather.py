@@ -1,10 +1,10 @@
-"""Raw files and the JPEGs of the same shots in, pairs of light and level out.
+"""Pairs of light and level from raw files and JPEGs of the same shots.
 
-A raw file holds light, its JPEG the levels that the camera made of it: direct evidence of the
-curve, with no noise to read and no exposure to know. Pixels are compared as means of blocks, and
-of even ones alone: sharpening and chroma subsampling change what is near an edge, and a lens
-corrected in the JPEG moves it by a few pixels. Matrix, white balance and falloff are left to the
-fit (`chartless.evidence.raw.term`).
+A raw file holds light, its JPEG the levels that the camera made of it: direct evidence
+of the curve, which needs neither noise nor exposures. Means of uniform blocks of pixels
+are compared: sharpening and chroma subsampling change pixels near an edge, and lens
+correction in the JPEG moves edges by a few pixels. Matrix, white balance and falloff
+are left to the fit (`chartless.evidence.raw.term`).
 """
 
 import math
@@ -26,27 +26,28 @@ from chartless.frames.registration import register
 from chartless.types import Bools, Floats, Levels
 
 MOST_BLOCKS = 1 << 16
-"""Blocks of a shot, about."""
+"""Largest number of blocks of a shot, approximately."""
 EVEN = 0.03
-"""Deviation of the levels in a block, as a share of the top, above which it is left out."""
+"""Deviation of the levels in a block, as a share of the highest level, above which it
+is left out."""
 _LEAST_SIDE = 8  # pixels of a block: as large as those of JPEG
 _LEAST_MATCH = 0.3  # correlation of the detail of a raw file and its JPEG
-_LEAST_LIGHT = 1e-4  # of saturation
+_LEAST_LIGHT = 1e-4  # share of saturation
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class RawEvidence(AbstractEvidence):
-    """What is kept of shots that were stored twice."""
+    """Evidence of shots stored both as raw file and as JPEG."""
 
     blocks: dict[str, RawBlocks]
-    """Of each channel, by its name."""
+    """Blocks of each channel, by name."""
     clipped: dict[str, float]
     """Share of the blocks of each channel that were left out as black or white."""
     bit_depth: int
-    """Of the JPEGs."""
+    """Bit depth of the JPEGs."""
     sources: tuple[FrameSource, ...]
-    """Of each shot the JPEG and the raw file."""
+    """JPEG and raw file of each shot."""
 
     @property
     @override
@@ -110,7 +111,7 @@ def raw_evidence(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shot:
-    """Even blocks of a shot, shape (N,) each."""
+    """Uniform blocks of a shot, shape (N,) each."""
 
     levels: dict[str, Floats]
     inner: dict[str, Bools]
@@ -119,7 +120,7 @@ class _Shot:
     chroma: Floats
     radius: Floats
     light_error: Floats
-    """Of red, green and blue, shape (3,)."""
+    """Errors of red, green and blue, shape (3,)."""
 
 
 def _shot(
@@ -158,7 +159,7 @@ def _shot(
 
 
 class _Span(NamedTuple):
-    """Blocks in a row."""
+    """Adjacent blocks along one axis."""
 
     first: int
     side: int

@@ -1,4 +1,4 @@
-"""What a search means for raw files: matrix, gains, scatter, and bands that hold."""
+"""Judgement of a search with raw files: matrix, gains, scatter and wider bands."""
 
 import numpy as np
 
@@ -8,8 +8,9 @@ from chartless.evidence.raw.term import RawTerm, raw_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate
 
-# Blocks of one shot err together. Deviation of their shape, as a multiple of what independent
-# blocks would leave, which held at 0.86 of the patches of nine cameras (benchmarks/raw_pairs.py).
+# Errors of blocks of one shot are correlated. Deviation of their shape, as a multiple
+# of that for independent blocks, which held at 0.86 of the patches of nine cameras
+# (benchmarks/raw_pairs.py).
 _TOGETHER_TIMES = 2.0
 
 
@@ -24,6 +25,6 @@ def judged(estimate: CurveEstimate, found: ChannelMode, term: RawTerm) -> Judgem
         scatter=term.scatter,
     )
     together = np.sqrt(_TOGETHER_TIMES**2 - 1) * estimate.shape_or_all
-    together[[0, -1]] = 0.0  # black and white are what they are by definition
+    together[[0, -1]] = 0.0  # black and white are fixed by definition
     estimate = estimate.with_level_errors(together)
     return Judgement(estimate, doubts(account), (account,))

@@ -87,7 +87,7 @@ class Raw(AbstractKind[Options, RawEvidence]):
 def _paired(
     items: Sequence[Item], raw: Sequence[str | os.PathLike[str]]
 ) -> list[tuple[Path, Path]]:
-    """Pictures with their raw files, by name; a single one of each belong together anyway."""
+    """Match pictures with raw files by name; one of each always match."""
     paths = [Path(item) for item in items if not isinstance(item, np.ndarray)]
     if len(paths) < len(items) or any(isinstance(each, np.ndarray) for each in raw):
         msg = "pictures and raw files are matched by their names: give files, not arrays"

@@ -1,17 +1,19 @@
-"""The levels of JPEGs given the light of their raw files, one channel at a time.
+"""Likelihood of JPEG levels given the light of raw files, one channel at a time.
 
-A block of pixels with the light x = (R, G, B) in the raw file, at the distance r from the middle of
-the picture, has the irradiance
+A block of pixels with light x = (R, G, B) in the raw file, at distance r from the
+middle of the picture, has the irradiance
 
     (b·x + k₁ (R − G) + k₂ (B − G) + p) · exp(a + q₁ r² + q₂ r⁴)
 
-in a channel, and its level is f of that: b are the weights of the channel without a matrix, k the
-rest of its row of the camera's matrix (of sum 1: greys stay grey), p what is wrong with the black
-of the raw file, a the gain of the shot, q the falloff of the lens that the camera made up for. All
-are found together with the curve. It is a regression on the level, not on g(level): the light of a
-block is sure to a thousandth, its level is not.
+in a channel, and the level f of that. Here b are the weights of the channel without a
+matrix, k the rest of its row of the camera's matrix (of sum 1, so that greys stay
+grey), p the error of the black level of the raw file, a the gain of the shot, and q the
+lens falloff that the camera corrected. All are estimated together with the curve. The
+regression is of the level, not of g(level): the light of a block is accurate to a
+thousandth, its level is not.
 
-Squares count less and less beyond three deviations, which contain the scatter of grey blocks.
+Residuals beyond three deviations get less and less weight; deviations include the
+scatter of grey blocks.
 """
 
 import math
@@ -25,33 +27,34 @@ from chartless.evidence.raw.blocks import RawBlocks
 from chartless.types import Floats
 
 BLOCKS_OF_LEVEL = 3.0
-"""Blocks of one level that count, at most: what no curve explains they have in common."""
+"""Largest effective number of blocks of one level: errors that no curve explains are
+common to them."""
 COLOUR = 0.2
-"""Relative deviation of irradiance that gamut and film looks give a block, times its chroma."""
+"""Relative deviation of irradiance by gamut and film looks, per chroma of a block."""
 _NEUTRAL = 0.05  # chroma at which a block counts half for the scatter
 _GAIN, _GAINS, _MATRIX, _FALLOFF = 5.0, 0.1, 0.5, 0.1  # prior deviations; a of all shots and of one
 _ROUNDING = 0.3  # levels
 _LEAST_SCATTER, _FAR, _REACH = 0.005, 3.0, 3.0
 _MEDIAN_SQUARE = 0.4549  # of a standard normal number
-_LEAST_LIGHT = 0.05  # of b·x: a matrix may make a colour black
+_LEAST_LIGHT = 0.05  # share of b·x: a matrix may make a colour black
 _LEAST_WIDTH = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """Blocks as a curve and own unknowns would show them, shape (N,) each."""
+    """Blocks predicted from a curve and own unknowns, shape (N,) each."""
 
     irradiance: Floats
     by_rest: Floats
-    """Derivatives in the own unknowns but for the gains, shape (N, 5)."""
+    """Derivatives with respect to the own unknowns except the gains, shape (N, 5)."""
     below: npt.NDArray[np.intp]
-    """Edge below."""
+    """Index of the edge below."""
     width: Floats
-    """Irradiance from that to the next."""
+    """Irradiance from that edge to the next."""
     part: Floats
-    """Share of it that lies below the block."""
+    """Share of this width that lies below the block."""
     residual: Floats
-    """Level less the level shown."""
+    """Level minus the predicted level."""
 
     @property
     def steepness(self) -> Floats:
@@ -60,7 +63,7 @@ class Shown:
 
 
 class RawModel:
-    """Blocks of one channel, ready for many looks at them."""
+    """Model of the blocks of one channel, prepared for repeated evaluation."""
 
     def __init__(self, blocks: RawBlocks) -> None:
         self._n_inner = blocks.n_levels - 1
@@ -88,7 +91,7 @@ class RawModel:
         return block_diag(inv(gains), np.diag(np.array(others) ** -2.0))
 
     def start(self, edges: Floats) -> Floats:
-        """Own unknowns of a camera that does nothing to colours, shape (S + 5,)."""
+        """Own unknowns of a camera that leaves colours unchanged, shape (S + 5,)."""
         own = np.zeros(self.n_own)
         irradiance = np.interp(self._blocks.level, np.arange(edges.size) + 0.5, edges)
         own[self.gains] = np.median(np.log(irradiance / self._base))
@@ -100,7 +103,7 @@ class RawModel:
         return np.asarray(self._blocks.base + np.array([red, -red - blue, blue]))
 
     def shown(self, edges: Floats, own: Floats) -> Shown:
-        """Blocks as a curve and own unknowns would show them."""
+        """Predict the blocks from a curve and own unknowns."""
         light = self._base + self._apart @ own[self._matrix] + own[self._pedestal]
         seen = light > _LEAST_LIGHT * self._base
         light = np.where(seen, light, _LEAST_LIGHT * self._base)
@@ -117,7 +120,7 @@ class RawModel:
         return Shown(irradiance, by_rest, below, width, part, residual)
 
     def scatter(self, now: Shown) -> float:
-        """Weighted median of what greys are off by, besides rounding."""
+        """Weighted median error of greys, rounding excluded."""
         squares = now.residual**2 / _MEDIAN_SQUARE - _ROUNDING**2
         squares = squares / now.steepness**2 - self._colour
         order = np.argsort(squares)
@@ -126,13 +129,14 @@ class RawModel:
         return math.sqrt(max(float(median), _LEAST_SCATTER**2))
 
     def variance(self, now: Shown, scatter: float) -> Floats:
-        """Of the level of each block, shape (N,)."""
+        """Variance of the level of each block, shape (N,)."""
         return np.asarray((scatter**2 + self._colour) * now.steepness**2 + _ROUNDING**2)
 
     def inner_share(self, now: Shown, variance: Floats) -> Floats:
-        """`share` without the blocks that should be close to black or white, shape (N,).
+        """`share` without the blocks predicted close to black or white, shape (N,).
 
-        Of these, the ones that turned out black or white are missing, which would bend the curve.
+        Such blocks are missing if they turned out black or white, which would bend the
+        curve.
         """
         shown = self._blocks.level - now.residual
         reach = _REACH * np.sqrt(variance)
@@ -140,17 +144,17 @@ class RawModel:
         return np.where(near, 0.0, self.share)
 
     def cost(self, now: Shown, variance: Floats, share: Floats) -> float:
-        """Robust sum of squares, halved."""
+        """Half the robust sum of squares."""
         squares = now.residual**2 / (_FAR**2 * variance)
         return 0.5 * _FAR**2 * float(share @ np.log1p(squares))
 
     def normal(self, now: Shown, variance: Floats, share: Floats) -> tuple[Floats, Floats]:
-        """Gradient of the cost in edges and own unknowns, and information on both."""
+        """Gradient of the cost in edges and own unknowns, and their information."""
         from scipy.sparse import csr_array
 
         n = now.residual.size
         weight = share / (variance + (now.residual / _FAR) ** 2)
-        # Of the residual by the edges around a block and by its gain.
+        # Derivatives of the residual by the edges around a block and by its gain.
         entries = np.concatenate([1 - now.part, now.part, -now.irradiance])
         columns = np.concatenate([now.below, now.below + 1, self._n_inner + self._blocks.shot])
         places = np.tile(np.arange(n), 3), columns

@@ -1,4 +1,4 @@
-"""What users may choose about raw files."""
+"""Options for raw files."""
 
 import os
 from collections.abc import Sequence
@@ -9,12 +9,12 @@ from chartless.evidence.options import Option, option
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What users may choose about raw files.
+    """Options for raw files.
 
     Parameters
     ----------
     raw : sequence of paths
-        The raw file of each frame, of the same name but for the folder and the suffix.
+        Raw file of each frame, with the same name except for folder and suffix.
     """
 
     raw: Sequence[str | os.PathLike[str]] = option(

@@ -1,4 +1,4 @@
-"""Whether raw files and their JPEGs tell a curve, and what is doubtful about them."""
+"""Screening of raw files and JPEGs: whether they determine a curve, and doubts."""
 
 from collections.abc import Mapping
 
@@ -8,11 +8,11 @@ from chartless.evidence.raw.gather import RawEvidence
 from chartless.flags import Flag
 
 LEAST_BLOCKS, FEW_BLOCKS = 100, 500
-"""Even blocks of a channel below which shots are refused, and flagged."""
+"""Numbers of uniform blocks of a channel below which shots are refused, and flagged."""
 
 
 def screen_raw(evidence: RawEvidence) -> Mapping[str, tuple[Flag, ...]]:
-    """Refuse shots from which no curve can be read; say what is doubtful about the rest.
+    """Refuse shots from which no curve can be estimated; flag what is doubtful.
 
     Returns
     -------
@@ -21,7 +21,7 @@ def screen_raw(evidence: RawEvidence) -> Mapping[str, tuple[Flag, ...]]:
     Raises
     ------
     UnfitFramesError
-        With one sentence that says why and what to do.
+        If no curve can be estimated; the message says why and what to do.
     """
     return {name: _screened(evidence, name) for name in evidence.blocks}
 

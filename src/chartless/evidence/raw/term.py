@@ -1,4 +1,4 @@
-"""Levels of JPEGs beside the light of their raw files, as a term of the posterior.
+"""Term of the posterior for JPEG levels given the light of raw files.
 
 The scatter of the blocks, and with it their weights, is measured again after each look.
 """
@@ -17,11 +17,11 @@ from chartless.inference.block import Block, Values, curve_name
 from chartless.inference.term import AbstractFit, AbstractTerm, Expansion
 from chartless.types import Floats
 
-_MOST_LOOKS, _SETTLED = 12, 0.003  # change of ln of the scatter from look to look
+_MOST_LOOKS, _SETTLED = 12, 0.003  # change of ln of the scatter between looks
 
 
 def raw_name(channel: str) -> str:
-    """Name of what stands between raw files and irradiance in a channel, among blocks."""
+    """Name of the block of unknowns between raw files and irradiance in a channel."""
     return f"raw/{channel}"
 
 
@@ -33,13 +33,14 @@ class RawTerm(AbstractTerm):
     model: RawModel
     channel: str
     scatter: float = math.inf
-    """Relative deviation of the irradiance of grey blocks from what the curve makes of them."""
+    """Relative deviation of the irradiance of grey blocks from that of the curve."""
     variance: Floats | None = None
-    """Of the level of each block, shape (N,), by the last look; None before any."""
+    """Variance of the level of each block, shape (N,), from the last look; None before
+    the first."""
     share: Floats | None = None
     """Weight of each block, likewise."""
     inner: bool = False
-    """Whether blocks that should be close to black or white are left out."""
+    """Whether blocks predicted close to black or white are left out."""
     looks: int = 0
 
     @property
@@ -70,7 +71,7 @@ class RawTerm(AbstractTerm):
     @override
     def informed(self, edges: Mapping[str, Floats], values: Values) -> "RawTerm":
         shown = self._shown(edges, values)
-        # Only down, or weights and scatter could go round in circles.
+        # Only decrease it, or weights and scatter could oscillate.
         scatter = min(self.scatter, self.model.scatter(shown))
         settled = math.log(self.scatter / scatter) < _SETTLED
         enough = settled or self.looks >= _MOST_LOOKS
@@ -98,7 +99,7 @@ class RawTerm(AbstractTerm):
 @final
 @dataclass(frozen=True, eq=False)
 class RawFit(AbstractFit):
-    """Blocks as a state shows them."""
+    """Model of the blocks at one state of the unknowns."""
 
     model: RawModel
     shown: Shown

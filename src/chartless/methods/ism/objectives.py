@@ -7,16 +7,16 @@ The objective of Takamatsu & Matsushita (CVPR 2008),
         \, g'(O_2) \, S(g(O_1), g(O_2)) \, dO_1 \, dO_2 ,
     \qquad Z^2 = \iint S^2 \, dI_1 \, dI_2 ,
 
-to be maximised over the inverse response g and the noise, is the cosine between the level
-pairs that were counted and those that a model expects. Two ways to make sums of it:
+to be maximised over the inverse response g and the noise, is the cosine between the
+counted level pairs and those that a model expects. It is discretised in two ways:
 
 `image_similarity`
     integrates g' S over the bin of each level O₂, and takes Z over the same bins. A true
     cosine, in [0, 1], aware of quantisation and clipping: the default.
 `sampled_image_similarity`
     samples S at the centres of the levels and takes Z in closed form, as published. It
-    grows without bound, as σ^(−1/2), when the noise goes to zero, and searches fall into
-    that hole; it is kept for comparison.
+    grows without bound, as σ^(−1/2), when the noise goes to zero, which traps searches;
+    it is kept for comparison.
 
 Both are pure functions of a prepared table, the inverse response and the noise. Only cells
 with counts are ever evaluated. docs/design/0002-image-similarity.md has the figures behind
@@ -44,8 +44,8 @@ from chartless.types import Counts, Floats
 # Cells with a smaller part of the largest share in their row are left out: they hold 1e-4 of
 # the sum of squares, take a fifth of the time, and in real frames are outliers.
 _NEGLIGIBLE = 0.02
-# Light further than this many noise deviations from an end of [0, 1] does not see it: the
-# cells concerned carry less than 1e-5 of a row.
+# Further than this many noise deviations from an end of [0, 1] the end has no effect:
+# it concerns less than 1e-5 of a row.
 _END_ZONE = 4.5
 # Bins narrower than this many deviations of the difference are integrated by three terms,
 # good to 5e-5 of the bin even 4 deviations out.
@@ -59,8 +59,8 @@ _INFINITY = 40.0
 def half_levels(n_levels: int) -> Floats:
     """Brightness at the levels and at the edges between them, shape (2L − 1,).
 
-    Element 2k is level k, element 2k + 1 the edge between levels k and k + 1: where a curve
-    has to be inverted before an objective can be evaluated.
+    Element 2k is level k, element 2k + 1 the edge between levels k and k + 1.
+    Objectives need the inverse of the curve at these places.
     """
     return np.arange(2 * n_levels - 1) / (2.0 * (n_levels - 1))
 
@@ -68,8 +68,8 @@ def half_levels(n_levels: int) -> Floats:
 def _conditional(counts: Counts) -> Floats:
     """Share of level j among the partners of level i, shape (L, L); rows 0 and L − 1 empty.
 
-    What shows a clipped level has no irradiance to compare with, so these two rows say
-    nothing. As columns they stay, as censored values.
+    Pixels at a clipped level have no known irradiance, so these two rows are not used.
+    The columns are kept, as censored values.
     """
     totals = counts.sum(axis=1, dtype=np.float64)
     totals[[0, -1]] = np.inf
@@ -81,9 +81,9 @@ def _conditional(counts: Counts) -> Floats:
 class BinnedPairs:
     """A co-occurrence table prepared for `image_similarity`: the bins with counts, by row.
 
-    Every cell (i, j) lies between two edges of level j, and neighbours share an edge. So the
-    table is stored as the run of (row, edge) pairs that bound its cells, each cell at its
-    left edge.
+    Every cell (i, j) lies between two edges of level j, and neighbours share an edge.
+    The table is stored as the sequence of (row, edge) pairs that bound its cells, each
+    cell at its left edge.
     """
 
     rows: npt.NDArray[np.intp]
@@ -94,15 +94,15 @@ class BinnedPairs:
     """Share of level j = edges[e] among the partners of rows[e], scaled to a sum of squares
     of 1; shape (E − 1,). 0 in gaps."""
     gaps: npt.NDArray[np.intp]
-    """Where edge e + 1 does not close a cell with counts."""
+    """Indices e where edge e + 1 does not close a cell with counts."""
     row_starts: npt.NDArray[np.intp]
-    """First e of each row, shape (L + 1,)."""
+    """First index e of each row, shape (L + 1,)."""
     lowest: npt.NDArray[np.intp]
-    """Where the edge is the open end of the lowest level."""
+    """Indices of the open edge of the lowest level."""
     highest: npt.NDArray[np.intp]
-    """Where the edge is the open end of the highest level."""
+    """Indices of the open edge of the highest level."""
     ceiling: float
-    """Cosine that the true model can be expected to reach: below 1, as counts are random."""
+    """Expected cosine of the true model: below 1, as counts are random."""
 
     @classmethod
     def from_counts(cls, counts: Counts) -> "BinnedPairs":
@@ -116,7 +116,8 @@ class BinnedPairs:
         rows, edges = np.nonzero(bounds)
         run = shares[rows, edges][:-1]
         energy = _dot(run, run)
-        # Of c counts among n, c (c − 1)/(n (n − 1)) estimates the square of the true share.
+        # For c counts among n, c (c − 1)/(n (n − 1)) estimates the square of the true
+        # share.
         n = np.maximum(counts.sum(axis=1), 2.0)[rows[:-1]]
         true_energy = float((run * (run * n - 1.0) / (n - 1.0)).sum())
         return cls(
@@ -137,7 +138,7 @@ def image_similarity(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) ->
     Parameters
     ----------
     pairs : BinnedPairs
-        What was counted.
+        Counted level pairs.
     inverse : ndarray of float, shape (2L − 1,)
         Inverse response g at `half_levels`, increasing from 0 to 1.
     noise : AffineNoise
@@ -145,9 +146,9 @@ def image_similarity(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) ->
     Returns
     -------
     float
-        Cosine between the counted and the expected shares over the cells with counts, 0 … 1.
-        What is expected in cells without counts costs nothing, so a table needs many more
-        pixels than cells.
+        Cosine between the counted and the expected shares over the cells with counts,
+        0 … 1. Expected shares of cells without counts have no effect, so a table needs
+        many more pixels than cells.
 
     Notes
     -----
@@ -155,7 +156,7 @@ def image_similarity(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) ->
     varies over many deviations, so a bin holds the difference of two normal distribution
     functions times the mean of h at its two edges. The clipped levels reach to infinity.
     The series in 1/z of `chartless.methods.ism.similarity` is cut after its leading term, 1: it is
-    nearly the same for all cells, and a cosine does not see a common factor.
+    nearly the same for all cells, and a common factor does not change a cosine.
     """
     expected = expected_shares(pairs, inverse, noise)
     norm = np.sqrt(_dot(expected, expected))
@@ -165,8 +166,8 @@ def image_similarity(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) ->
 def expected_shares(pairs: BinnedPairs, inverse: Floats, noise: AffineNoise) -> Floats:
     """Share ∫ S(g(O₁), I) dI of each cell's bin, 0 where there is no cell.
 
-    A whole row holds 1, less near black and white, where light beyond the end is missing.
-    Shape of `pairs.shares`; arguments as for `image_similarity`.
+    A whole row has a sum of 1, less near black and white, where light beyond the end is
+    missing. Shape of `pairs.shares`; arguments as for `image_similarity`.
     """
     reach = _CLIPPED_REACH * noise.std(np.array([0.0, 1.0]))
     levels = inverse[::2]
@@ -217,8 +218,8 @@ def expected_table(inverse: Floats, noise: AffineNoise) -> Floats:
 def _normal_mass(w: Floats, width: Floats) -> Floats:
     """Mass of the normal distribution from each w to the next, `width` further, or 0 for 0.
 
-    Bins are narrow against the noise of cameras, and there three terms of the expansion
-    around their middle do, in a tenth of the time that the distribution function takes.
+    Bins are narrow compared with the noise of cameras, so three terms of the expansion
+    around their middle suffice, in a tenth of the time of the distribution function.
     """
     squared = w[1:] + w[:-1]
     squared *= 0.5
@@ -243,7 +244,7 @@ def _normal_mass(w: Floats, width: Floats) -> Floats:
 
 
 def _end_zones(pairs: BinnedPairs, levels: Floats, noise: AffineNoise) -> tuple[slice, slice]:
-    """Runs of (row, edge) pairs whose light is near enough to 0, or to 1, to be cut there."""
+    """Ranges of (row, edge) pairs whose light is cut at 0, and at 1."""
     half = 0.5 * _END_ZONE**2 * noise.slope
     near_black = half + np.sqrt(half**2 + _END_ZONE**2 * noise.floor)  # solves x = zone σ(x)
     near_white = 1.0 - _END_ZONE * float(noise.std(1.0))
@@ -302,24 +303,24 @@ def sampled_image_similarity(pairs: SampledPairs, inverse: Floats, noise: Affine
 
 
 def _dot(a: Floats, b: Floats) -> float:
-    """Sum of products without BLAS, whose threads cost more than 10⁴ products take.
+    """Sum of products without BLAS, whose threads cost more time than 10⁴ products.
 
-    They also make the last bit depend on the number of cores.
+    Threads also make the last bit depend on the number of cores.
     """
     return float(np.einsum("i,i->", a, b))
 
 
 class Objective(NamedTuple):
-    """An objective with the preparation of its table."""
+    """Objective with the preparation of its table."""
 
     prepare: Callable[[Counts], Any]
-    """Symmetric counts of shape (L, L) → prepared pairs."""
+    """Function from symmetric counts of shape (L, L) to prepared pairs."""
     evaluate: Callable[[Any, Floats, AffineNoise], float]
-    """Prepared pairs, inverse response at `half_levels`, noise → value to maximise."""
+    """Function from prepared pairs, g at `half_levels` and noise to the objective."""
 
 
 OBJECTIVES = {
     "bin": Objective(BinnedPairs.from_counts, image_similarity),
     "sampled": Objective(SampledPairs.from_counts, sampled_image_similarity),
 }
-"""The two discretisations, by the names that methods carry."""
+"""The two discretisations, by their name in methods."""

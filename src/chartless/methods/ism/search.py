@@ -1,4 +1,4 @@
-"""The search of the source paper: alternate between curve and noise, a few steps at a time."""
+"""Search of the source paper: alternate between curve and noise, a few steps each."""
 
 import math
 from dataclasses import dataclass, field
@@ -36,10 +36,10 @@ _POOR = 0.85
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FoundCurve:
-    """Where a search ended."""
+    """Result of a search."""
 
     parameters: Floats
-    """Of the curve, shape (P,)."""
+    """Parameters of the curve, shape (P,)."""
     noise: AffineNoise
     status: Status
     attained: float | None
@@ -53,8 +53,9 @@ class SimilaritySearch(AbstractChannelCalibrator):
     """Maximise image similarity by rounds of Nelder–Mead on noise and curve in turn.
 
     Rounds, iterations and start are those of the source paper. The size of the first
-    simplex and its shrinking, that the noise goes first and when to stop early are ours: the
-    paper does not say. With simplices of constant size the search stalls after a few rounds.
+    simplex, its shrinking, the order (noise first) and early stopping are ours: the
+    paper does not give them. With simplices of constant size the search stalls after a
+    few rounds.
 
     Parameters
     ----------
@@ -63,25 +64,26 @@ class SimilaritySearch(AbstractChannelCalibrator):
     objective : str
         Name in `OBJECTIVES`: "bin" or "sampled".
     rounds : int
-        Rounds of one search over the noise and one over the curve, at most.
+        Most rounds, each of one search over the noise and one over the curve.
     iterations : int
         Iterations of each of these searches.
     start : (float, float)
         Noise U, V to start from, in 8-bit units; the curve starts as f(I) = I.
     curve_step : float
-        First simplex in whitened curve parameters: 1 is a standard deviation among cameras.
+        Size of the first simplex in whitened curve parameters: 1 is a standard
+        deviation among cameras.
     noise_step : float
-        First simplex in ln u and ln v.
+        Size of the first simplex in ln u and ln v.
     shrink : float
         Factor on both steps from one round to the next.
     tolerance : float
         The search has converged when two rounds, and one more with steps of the first size,
-        gain less than this. 0 makes all rounds.
+        gain less than this. With 0 all rounds are run.
 
     Raises
     ------
     ParameterError
-        If a setting has no meaning.
+        If a setting is out of range.
     """
 
     model: AbstractModel = field(default_factory=AmeegcExact)
@@ -111,7 +113,7 @@ class SimilaritySearch(AbstractChannelCalibrator):
         if self.objective not in OBJECTIVES:
             kind = "objective"
             raise UnknownNameError(kind, self.objective, OBJECTIVES)
-        AffineNoise.from_8bit(*self.start)  # raises if it is no noise
+        AffineNoise.from_8bit(*self.start)  # raises if the noise is invalid
 
     @property
     @override
@@ -149,7 +151,7 @@ class SimilaritySearch(AbstractChannelCalibrator):
     def search(
         self, table: Cooccurrence, *, progress: ChannelProgress | None = None
     ) -> "FoundCurve":
-        """Search the curve and the noise that explain a table, and judge nothing."""
+        """Find the curve and the noise that explain a table, without judging them."""
         objective = OBJECTIVES[self.objective]
         pairs = objective.prepare(table.symmetric)
         brightness = half_levels(table.n_levels)

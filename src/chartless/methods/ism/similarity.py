@@ -1,4 +1,4 @@
-r"""How likely two noisy irradiances come from the same light: a closed form.
+r"""Likelihood that two noisy irradiances come from the same light, in closed form.
 
 With noise of variance σ²(t) = ut + v around a true irradiance t, all values of t equally
 likely, the similarity of two measured irradiances is
@@ -13,14 +13,14 @@ the two points, :math:`B_i = u I_i + v`, and :math:`\rho = \sqrt{(B_1^2 + B_2^2)
               \int e^{-2 z \sinh^2(\theta/2)} \, d\theta ,
           \qquad \theta = \ln(y/\rho), \; z = 2\rho/u^2 .
 
-Over all light with a positive variance the integral is 2 e^z K₀(z); over t ∈ [0, 1] it runs
-from ln(v/ρ) to ln((u + v)/ρ). z is 10³ … 10⁵ for cameras, so an asymptotic series in 1/z
-with elementary functions is exact to double precision. No difference of large numbers is
-taken anywhere, and at u = 0 the formulas become N(I₁ − I₂; 0, 2v) by themselves.
+Over all light with a positive variance the integral is 2 e^z K₀(z); over t ∈ [0, 1] it
+runs from ln(v/ρ) to ln((u + v)/ρ). z is 10³ … 10⁵ for cameras, so an asymptotic series
+in 1/z with elementary functions is exact to double precision. Large numbers are never
+subtracted, and at u = 0 the formulas reduce to N(I₁ − I₂; 0, 2v).
 
-Three functions give the same quantity: `similarity` (all light), `bounded_similarity`
-(t ∈ [0, 1], what objectives use) and `quadrature_similarity`, the direct integral that the
-other two are checked against.
+Three functions compute this quantity: `similarity` (all light), `bounded_similarity`
+(t ∈ [0, 1], used by the objectives) and `quadrature_similarity`, the direct integral
+used to check the other two.
 """
 
 from functools import cache
@@ -40,18 +40,19 @@ _BESSEL_SERIES = (1.0, -1 / 8, 9 / 128, -75 / 1024, 3675 / 32768)
 # From this z on, five terms leave less than the last bit.
 _SERIES_Z = 2e3
 # From this z on, three terms of the bounded series are good to 1e-7 (the fourth is
-# 75/1024 z^-3 times a moment below 1); measured in tests/test_similarity.py.
+# 75/1024 z^-3 times a moment below 1); measured in tests/methods/test_similarity.py.
 _BOUNDED_SERIES_Z = 100.0
 # The incomplete integral ends where its integrand is below exp(-W²/2) = 4e-18.
 _WINDOW = 9.0
 _BESSEL_NODES = 48
-# ∫₀^∞ 1 − Φ(√2 x)² erf(√2 x) dx: what each end of [0, 1] takes from the integral of S², in
-# units of the noise deviation there. Quadrature to 15 digits in tests/test_similarity.py.
+# ∫₀^∞ 1 − Φ(√2 x)² erf(√2 x) dx: loss of the integral of S² at each end of [0, 1], in
+# units of the noise deviation there. Quadrature to 15 digits in
+# tests/methods/test_similarity.py.
 _END_DEFICIT = 0.660130006162497
 
 
 class Variances(NamedTuple):
-    """The pieces that every form of the similarity shares, each of the broadcast shape."""
+    """Quantities common to all forms of the similarity, of the broadcast shape."""
 
     rho: Floats
     """ρ = √((B₁² + B₂²)/2), the effective variance."""
@@ -60,7 +61,7 @@ class Variances(NamedTuple):
 
 
 def pair_variances(variance_1: Floats, variance_2: Floats) -> Variances:
-    """Pieces of the similarity of two irradiances whose noise has these variances."""
+    """`Variances` of two irradiances whose noise has these variances."""
     rho = variance_1 * variance_1
     rho += variance_2 * variance_2
     rho *= 0.5
@@ -117,7 +118,7 @@ def bounded_similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: Affin
     rho, spread = pair_variances(noise.variance(x), noise.variance(y))
     inverse_z = noise.slope**2 / (2.0 * rho)
     mass = _whole_mass(inverse_z)
-    # A pair further than this from an end does not see it: black_end(x, x) is −x √(2/v).
+    # Further than this from an end, the end has no effect: black_end(x, x) = −x √(2/v).
     near_black = np.minimum(x, y) < _WINDOW * np.sqrt(noise.floor / 2)
     near_white = np.maximum(x, y) > 1 - _WINDOW * np.sqrt((noise.slope + noise.floor) / 2)
     for near, end, sign in ((near_black, black_end, 1.0), (near_white, white_end, -1.0)):
@@ -136,19 +137,19 @@ def bounded_similarity(first: npt.ArrayLike, second: npt.ArrayLike, noise: Affin
 
 
 def black_end(x: Floats, y: Floats, rho: Floats, noise: AffineNoise) -> Floats:
-    """Where light t = 0 lies in the variable w = 2√z sinh(θ/2), in which S has unit width.
+    """Value at t = 0 of the variable w = 2√z sinh(θ/2), in which S has unit width.
 
     The integrand over w is exp(−w²/2) (1 + w²/4z)^(−1/2), so to leading order the share of
-    S that comes from t > 0 is Φ(−black_end). Not above 0 for x and y in [0, 1].
+    S that comes from t > 0 is Φ(−black_end). At most 0 for x and y in [0, 1].
     """
     u, v = noise.slope, noise.floor
-    # v² − ρ² with the squares factored: nothing cancels.
+    # v² − ρ² with the squares factored, without cancellation.
     end: Floats = -(x * (u * x + 2 * v) + y * (u * y + 2 * v)) / (np.sqrt(2 * v) * (v + rho))
     return end
 
 
 def white_end(x: Floats, y: Floats, rho: Floats, noise: AffineNoise) -> Floats:
-    """As `black_end` for light t = 1; not below 0 for x and y in [0, 1]."""
+    """Value of w at t = 1, see `black_end`; at least 0 for x and y in [0, 1]."""
     u, white = noise.slope, noise.slope + noise.floor
     x, y = 1 - x, 1 - y
     to_white = x * (2 * white - u * x) + y * (2 * white - u * y)
@@ -170,7 +171,7 @@ def _mass_below(w: Floats, inverse_z: Floats) -> Floats:
 
 
 def _whole_mass(inverse_z: Floats) -> Floats:
-    """As `_mass_below` for w = ∞."""
+    """Value of `_mass_below` at w = ∞."""
     return 1 - inverse_z * (1 / 8 - inverse_z * (9 / 128))
 
 
@@ -192,7 +193,7 @@ def quadrature_similarity(
 ) -> Floats:
     """Similarity S(I₁, I₂) over t ∈ [0, 1] by direct quadrature: the reference.
 
-    Gauss–Legendre in √(ut + v), in which the width of the integrand is constant. Costs
+    Gauss–Legendre in √(ut + v), where the width of the integrand is constant. It takes
     `nodes` exponentials per pair of irradiances, like any implementation of the paper.
 
     Parameters
@@ -255,7 +256,7 @@ def self_similarity(noise: AffineNoise) -> float:
     Raises
     ------
     ParameterError
-        If the noise is as large as the range of light, where the formula has no meaning.
+        If the noise is as large as the range of light, where the formula is invalid.
     """
     u, v = noise.slope, noise.floor
     deviations = 2.0 / (np.sqrt(u + v) + np.sqrt(v))  # ∫ dI/σ(I)
@@ -266,6 +267,6 @@ def self_similarity(noise: AffineNoise) -> float:
 
 
 def _flat(first: npt.ArrayLike, second: npt.ArrayLike) -> tuple[Floats, Floats, tuple[int, ...]]:
-    """Both arrays broadcast and flat, and the shape to give the result."""
+    """Both arrays, broadcast and flattened, and the shape of the result."""
     x, y = np.broadcast_arrays(np.asarray(first, np.float64), np.asarray(second, np.float64))
     return x.ravel(), y.ravel(), x.shape
