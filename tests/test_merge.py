@@ -98,6 +98,7 @@ def pulls(found: RadianceMap, radiance: Pixels) -> Pixels:
 # Against the truth
 
 
+@pytest.mark.slow
 def test_patches_are_unbiased_within_the_error_of_their_mean(
     merged: RadianceMap, radiance: Pixels
 ) -> None:

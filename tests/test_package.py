@@ -29,6 +29,7 @@ def test_a_name_loads_what_it_needs_and_no_more():
     assert "scipy.optimize" not in loaded
 
 
+@pytest.mark.slow
 def test_calibrating_waits_for_no_library_that_few_calibrations_need():
     loaded = modules_after("import chartless.workflow")
 

@@ -456,6 +456,7 @@ def test_settings_of_a_calibrator_that_change_nothing_are_refused() -> None:
         calibrate(exposures_of([0.1, 0.4]), times=[1, 4], method=method)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [1.3, 1.5])
 def test_two_jpegs_of_nearly_one_exposure_leave_the_exponent_open(
     tmp_path: Path, ratio: float

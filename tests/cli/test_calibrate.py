@@ -277,6 +277,7 @@ def test_a_camera_that_moved_is_noticed(
     assert found & {"refused", "motion"}, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gain", slow_but([0.7, 0.9, 0.95, 1.05, 1.1, 1.3], 0.7, 0.95, 1.05))
 @pytest.mark.parametrize("subject", ["smooth", "photograph"])
 def test_brightness_that_changed_is_noticed(
@@ -399,6 +400,7 @@ def test_strict_does_not_change_a_refusal(shoot: Shoot, refusal: Refusal) -> Non
 # Alpha
 
 
+@pytest.mark.slow
 def test_alpha_is_dropped_with_a_remark_and_changes_nothing(
     shoot: Shoot, chartless: Chartless, tmp_path: Path
 ) -> None:

@@ -105,6 +105,7 @@ def test_times_make_a_bracket(bracket: Bracket, chartless: Chartless) -> None:
     assert with_options(provenance["settings"]["evidence"]) == evidence(done)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "n_unused"),
     [
@@ -132,6 +133,7 @@ def test_all_frames_that_were_given_are_counted(
     assert ("noise of 1 repeated" in evidence(done)) == (not n_unused)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "times", ["2,8,32", "1/60,1/15,4/15", "1/60,1/15,0.26666667"], ids=["2", "1/60", "mixed"]
 )
@@ -223,6 +225,7 @@ def test_an_exposure_that_is_repeated_tells_both(bracket: Bracket, chartless: Ch
     assert inputs == ["0.png", "1.png", "3.png", "2.png"]
 
 
+@pytest.mark.slow
 def test_the_evidence_may_be_chosen(bracket: Bracket, chartless: Chartless) -> None:
     frames = bracket([1.0, 4.0, 4.0, 16.0])
     times = ("--times", "1,4,4,16", *SMALL, "--json")

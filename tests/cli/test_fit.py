@@ -194,6 +194,7 @@ def test_the_list_of_models_is_short_enough_to_read(curve: Path, refusal: Refusa
 # Pictures
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("extension", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
 )

@@ -160,6 +160,7 @@ def test_light_above_saturation_is_white(sim: Path, chartless: Chartless, tmp_pa
 # From the scene to its response
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "camera",
     [("srgb", 8, "0.17,0.7"), ("gamma:0.6", 8, "0.25,1.5"), ("linear", 16, "0.17,0.7")],

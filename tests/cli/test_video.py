@@ -299,6 +299,7 @@ def test_linearize_takes_a_pattern(
 # Bits
 
 
+@pytest.mark.slow
 def test_12_bits_are_calibrated_and_linearised_as_such(
     shoot: Shoot, chartless: Chartless, tmp_path: Path
 ) -> None:

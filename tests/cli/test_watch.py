@@ -75,6 +75,7 @@ def dim(scene: Pixels, _: int) -> Pixels:
 # The result
 
 
+@pytest.mark.slow
 def test_watching_stops_when_the_curve_is_good_enough(
     record: Record, chartless: Chartless, tmp_path: Path
 ) -> None:

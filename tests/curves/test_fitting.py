@@ -61,6 +61,7 @@ def test_every_family_is_in_the_sample():
     assert {MODELS[name].family for name in SAMPLE} == {each.family for each in MODELS.values()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAMPLE)
 def test_a_member_of_the_family_is_found_again(name: str):
     parameters, irradiance, brightness = member(name)
@@ -338,6 +339,7 @@ MEDIANS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "median"),
     [(f"{family}{n}", value) for family, all_ in MEDIANS.items() for n, value in enumerate(all_)],

@@ -132,6 +132,7 @@ def change_number(number: int, place: int, value: str) -> Callable[[list[str]], 
     return change
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damage", "why"),
     [

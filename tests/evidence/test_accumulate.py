@@ -67,6 +67,7 @@ def test_runs_add_up_to_the_whole(n_frames: int, files: list[Path]) -> None:
     assert_equal(noise_evidence_of_files(files[:n_frames]), serial(files[:n_frames]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_frames", slow_but([2, 3, 38], 3))
 @pytest.mark.parametrize(
     "settings",

@@ -270,6 +270,7 @@ def test_exposures_that_are_as_good_as_one_are_not_compared() -> None:
     assert pairs == {(1, 2), (0, 2)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", list(permutations(range(4)))[1::5], ids=str)
 def test_the_order_of_the_frames_makes_no_difference(order: tuple[int, ...]) -> None:
     frames = bracket(colourful())
@@ -360,6 +361,7 @@ def test_overlaps_are_of_pixels_between_black_and_white_in_both() -> None:
     assert 0 < expected[1] < expected[0] < 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stops", [0.3, 1.0, 4.0, -1.0])
 @pytest.mark.parametrize("response", ["srgb", "ameegc2-exact:0.48,-2.26,0.37"])
 def test_a_longer_exposure_is_brighter_where_it_differs_most(stops: float, response: str) -> None:

@@ -356,6 +356,7 @@ def test_gradient_is_that_of_differences(everywhere: ExposureCounts) -> None:
     assert np.flatnonzero(~heard).tolist() == ([11, 12] if everywhere.own_noise else [])
 
 
+@pytest.mark.slow
 def test_information_is_that_of_all_levels_one_by_one(everywhere: ExposureCounts) -> None:
     numbers = unknowns(everywhere)
 

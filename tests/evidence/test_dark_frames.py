@@ -238,6 +238,7 @@ def test_dark_frames_narrow_what_is_known_of_the_noise(
     assert dark.observed_levels == plain.observed_levels
 
 
+@pytest.mark.slow
 def test_the_calibration_tells_of_its_dark_frames(
     without: Calibration, with_dark: Calibration, lit: list[Levels]
 ) -> None:

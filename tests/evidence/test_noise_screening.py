@@ -215,6 +215,7 @@ def test_clean_pairs_raise_no_doubt_about_the_frames(
         assert not verdict(*frames) & FRAME_FLAGS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [(0, 1), (1, 0), (0, 2), (2, 2)])
 @pytest.mark.parametrize(("slope", "floor"), [(0.01, 9), (0.06, 25)])
 def test_a_moved_photograph_is_refused_or_flagged(

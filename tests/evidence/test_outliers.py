@@ -51,6 +51,7 @@ def root_mean_square(table: Cooccurrence) -> float:
     return float(np.sqrt(squares / table.n_pairs))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("response", ["srgb", "linear", "gamma:0.35"])
 @pytest.mark.parametrize(("slope", "floor"), [(0.0, 0.05), (0.01, 9), (0.06, 25)])

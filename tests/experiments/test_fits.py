@@ -335,6 +335,7 @@ def test_a_damaged_record_is_done_again(dorf: Dorf, ran: list[str], tmp_path: Pa
     assert without_seconds(tables) == without_seconds(expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", ["cases", "curves", "cameras"])
 def test_records_of_other_data_are_done_again(
     change: str, dorf: Dorf, ran: list[str], tmp_path: Path

@@ -358,6 +358,7 @@ anything = st.sampled_from(ODD) | st.recursive(
 PLACES = list(places_in(WHOLE))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("values", slow_but(VALUES, "usual"))
 def test_no_damage_of_one_key_is_an_error_of_ours(values: str) -> None:
     for place in PLACES:

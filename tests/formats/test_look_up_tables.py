@@ -69,6 +69,7 @@ def test_opencolorio_turns_it_round(name: str, tmp_path: Path) -> None:
     assert pixels * 255 == pytest.approx(LEVELS[0], abs=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("n_levels", [2, 1000, 65536])
 def test_tables_of_any_number_of_levels(name: str, n_levels: int, tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ def through_jpeg(levels: np.ndarray, quality: int, subsampling: int) -> np.ndarr
     return np.asarray(Image.open(file))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quality", [80, 90, 95])
 @pytest.mark.parametrize("subsampling", [0, 2])
 @pytest.mark.parametrize(("down", "right"), [(0, 0), (3, 5)])

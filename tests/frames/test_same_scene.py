@@ -82,6 +82,7 @@ def test_displacements_are_in_pixels_of_the_frame() -> None:
     assert (found.down, found.right) == pytest.approx((-12, 40), abs=0.8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [-3.0, -0.5, 0.5, 1.0, 3.0])
 def test_a_turn_is_found(degrees: float) -> None:
     light = scene(2)

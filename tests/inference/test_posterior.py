@@ -50,6 +50,7 @@ def test_the_truth_lies_within_the_error_bars(posterior: Posterior) -> None:
     assert off @ np.linalg.solve(covariance, off) < 9
 
 
+@pytest.mark.slow
 def test_one_mode_alone_is_reported_with_its_own_deviations(
     space: AbstractCurveSpace, found: ChannelMode
 ) -> None:
@@ -276,6 +277,7 @@ def test_the_covariance_of_coordinates_has_what_the_ratio_adds() -> None:
     assert found[0, 0] == pytest.approx(between + weights @ np.interp(fine, logs, inside), rel=0.03)
 
 
+@pytest.mark.slow
 def test_two_runs_are_equal_to_the_last_bit(space: AbstractCurveSpace) -> None:
     counts = expected_counts(n_dark=1000)
 

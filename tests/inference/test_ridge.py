@@ -68,6 +68,7 @@ def test_modes_follow_each_other_along_the_ridge(
     assert 0 < int(np.argmax(heard)) < len(modes) - 1
 
 
+@pytest.mark.slow
 def test_modes_of_the_ridge_do_not_depend_on_the_way_to_them(
     space: AbstractCurveSpace, counts: PairCounts, modes: list[ChannelMode]
 ) -> None:

@@ -207,6 +207,7 @@ def test_two_runs_are_equal_to_the_last_bit() -> None:
 # Nearly known
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_but(["srgb", "gamma", "linear"], "srgb"))
 def test_exposures_that_are_held_stay_and_widen_the_band_by_what_they_err(name: str) -> None:
     """As much as curves for other exposures are elsewhere."""
@@ -384,6 +385,7 @@ def test_neither_noise_nor_exposures() -> None:
 # Families
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("repeated", slow_but([False, True], False))
 def test_a_family_gives_one_of_its_members(repeated: bool) -> None:
     given = found("film", model="ameegc2-exact", repeated=repeated)
@@ -404,6 +406,7 @@ def test_a_family_that_holds_the_camera_finds_its_exponent() -> None:
     assert given.curve.parameters == pytest.approx((0.45,), abs=0.002)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), [("film", "gamma"), ("srgb", "gamma")])
 def test_a_family_that_misses_the_camera_says_by_how_much(name: str, model: str) -> None:
     given = found(name, model=model)

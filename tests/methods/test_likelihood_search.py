@@ -304,6 +304,7 @@ def of_family(model: str, name: str = "srgb", size: int = 1) -> Response:
     return likelihood_search(model=MODELS[model]).calibrate(LevelPairs(table_of(name, size=size)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["ameegc2-exact", "gamma", "eegc2", "emor4"])
 def test_a_family_gives_one_of_its_members(model: str) -> None:
     found = of_family(model)

@@ -124,6 +124,7 @@ def test_bounded_similarity_is_the_integral_over_light_from_black_to_white(
         assert bounded_similarity(first, second, model) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", slow_but([(0.03, 15), (0.3, 4), (1, 0.05)], (0.03, 15)), ids=str)
 def test_panels_agree_with_mpmath(noise: tuple[float, float]):
     model = AffineNoise.from_8bit(*noise)
@@ -134,6 +135,7 @@ def test_panels_agree_with_mpmath(noise: tuple[float, float]):
     np.testing.assert_allclose(panels(x, y, model), expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [1e-3, 0.01, 0.06, 0.2, 0.5, 1])
 @pytest.mark.parametrize("floor", [0.05, 0.25, 4, 25, 100])
 def test_bounded_similarity_is_good_to_1e_6_wherever_there_are_counts(slope: float, floor: float):

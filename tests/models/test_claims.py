@@ -116,6 +116,7 @@ def test_every_family_of_the_registry_is_looked_at():
     assert set(COUNTEREXAMPLES) == set(FAMILIES)
 
 
+@pytest.mark.slow
 @each_by_family("model", SAMPLE)
 @examples(25)
 @given(data=st.data())
@@ -157,6 +158,7 @@ def test_analytical_are_the_families_without_side_constraints_or_measured_curves
     assert (Property.ANALYTICAL in model.properties) == plain
 
 
+@pytest.mark.slow
 @each_by_family("model", claiming(Property.EXTENSIBLE))
 @examples(15)
 @given(data=st.data())
@@ -233,6 +235,7 @@ def least_median(family: str, dorf: Dorf, every: int) -> float:
 
 
 # Of every fourth curve, because it is run often.
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_compact_are_the_families_that_fit_cameras_with_three_parameters(family: str, dorf: Dorf):
     claims = {Property.COMPACT in model.properties for model in FAMILIES[family]}

@@ -177,6 +177,7 @@ def test_a_steep_start_is_inverted(steep: float):
     assert np.all(np.diff(irradiance[found]) > 0)
 
 
+@pytest.mark.slow
 @each_by_family("model", SAMPLE)
 @examples(8)
 @given(data=st.data())
@@ -381,6 +382,7 @@ def test_identity_of_measured_families_is_the_nearest_member(family: str):
 # -- extremes --
 
 
+@pytest.mark.slow
 @each_by_family("model", SAMPLE)
 @each("size", [1e-300, 1e-12, 1e3, 1e6])
 def test_extreme_parameters_give_numbers_or_a_refusal(model: AbstractModel, size: float):
@@ -395,6 +397,7 @@ def test_extreme_parameters_give_numbers_or_a_refusal(model: AbstractModel, size
                     assert np.isfinite(result).all(), method
 
 
+@pytest.mark.slow
 @each_by_family("model", SAMPLE)
 @examples(8)
 @given(data=st.data())

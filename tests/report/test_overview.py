@@ -34,6 +34,7 @@ def texts(figure: Figure) -> str:
     return "\n".join(text.get_text() for legend in legends if legend for text in legend.get_texts())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["of_noise", "of_bracket", "linear_camera"])
 def test_it_has_as_many_figures_as_the_report(which: str, request: pytest.FixtureRequest) -> None:
     calibration = request.getfixturevalue(which)
@@ -78,6 +79,7 @@ def test_errors_are_taken_from_the_truth(of_bracket: Calibration) -> None:
     np.testing.assert_allclose(errors, b**2 - b, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_place_without_a_figure_is_empty(of_noise: Calibration) -> None:
     """Of five figures, two in a row."""
     figure = overview(of_noise)

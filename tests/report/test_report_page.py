@@ -174,6 +174,7 @@ def test_figures_of_a_bracket(bracket_page: str, parsed: Parse) -> None:
     assert "colours as in “Exposure to exposure”" in figures["ratio"]
 
 
+@pytest.mark.slow
 def test_verdict_and_figure_say_one_number_of_a_bracket(
     of_bracket: Calibration, parsed: Parse
 ) -> None:
@@ -312,6 +313,7 @@ def test_what_neighbouring_exposures_share_is_listed(
     assert [row[-2:] for row in found] == [["42%", "0.2"], ["50%", "1.0"], ["", ""]]
 
 
+@pytest.mark.slow
 def test_what_raw_files_tell_is_in_the_table(of_noise: Calibration, parsed: Parse) -> None:
     gains = (1.0, 1.254, 1.1, 1.2)
     raw = account_of_raw(matrix=(0.9, 0.15, -0.05), gains=gains, corner_gain=1.187, scatter=0.0123)
@@ -327,6 +329,7 @@ def test_what_raw_files_tell_is_in_the_table(of_noise: Calibration, parsed: Pars
     assert "Gain of the corners" not in numbers_of(render(of_noise), parsed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("error", "shown"), [(None, None), (0.0345, ["3.5%"])])
 def test_what_is_unknown_of_the_exponent_is_in_the_table(
     error: float | None, shown: list[str] | None, of_bracket: Calibration, parsed: Parse

@@ -338,6 +338,7 @@ def test_a_port_in_use(start: Start) -> None:
     assert not any(server.folder.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("host", ["no.such.host.invalid", "8.8.8.8", "a" * 300])
 def test_an_address_of_another_computer(start: Start, host: str) -> None:
     server = start("--host", host)

@@ -52,6 +52,7 @@ def zip_bomb() -> bytes:
 
 
 class TestHarm:
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "name",
         [
@@ -224,6 +225,7 @@ class TestLimits:
         assert answer.status == 422
         assert "larger than any calibration" in answer.error
 
+    @pytest.mark.slow
     def test_too_many_files(self, strict_client: Client, frames: list[Path]) -> None:
         content = frames[0].read_bytes()
         statuses = [strict_client.put(f"{name}.png", content).status for name in "abcd"]
