@@ -262,6 +262,7 @@ def test_clean_frames_raise_no_doubt_about_themselves(
         assert not doubts(chartless, *frames) & {*FRAME_FLAGS, "refused"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [(0, 1), (1, 0), (1, 1), (0, 2), (2, 0), (2, 2)])
 def test_a_camera_that_moved_is_noticed(
     shift: tuple[int, int], photograph: Pixels, shoot: Shoot, chartless: Chartless

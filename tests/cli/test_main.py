@@ -293,6 +293,7 @@ def test_the_installed_program_from_scene_to_light(
     assert (tmp_path / "light.exr").is_file()
 
 
+@pytest.mark.slow
 def test_the_installed_program_refuses_with_one_line(program: str, tmp_path: Path) -> None:
     done = run_installed(program, "calibrate", tmp_path / "a.png", tmp_path / "b.png")
 

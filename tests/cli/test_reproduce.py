@@ -280,6 +280,7 @@ def test_a_single_case(
     assert (tmp_path / "out" / "fig3_examples.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_the_measured_curves_are_found_by_themselves(
     data_path: Path, tmp_path: Path, chartless: Chartless, monkeypatch: pytest.MonkeyPatch

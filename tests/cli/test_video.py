@@ -35,6 +35,7 @@ def record(tmp_path: Path, shoot: Shoot) -> Record:
     return record_as
 
 
+@pytest.mark.slow
 def test_a_video_is_calibrated_like_its_camera(
     record: Record, chartless: Chartless, tmp_path: Path
 ) -> None:

@@ -62,6 +62,7 @@ def serial(files: list[Path], **settings: Any) -> NoiseEvidence:
     return noise_evidence(map(read_frame, files), **settings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_frames", slow_but([2, 3, 4, 17, 18, 33, 34, 38], 2, 3, 4, 17, 18))
 def test_runs_add_up_to_the_whole(n_frames: int, files: list[Path]) -> None:
     assert_equal(noise_evidence_of_files(files[:n_frames]), serial(files[:n_frames]))
@@ -234,6 +235,7 @@ def test_an_unreadable_frame_is_named(jobs: int, files: list[Path], tmp_path: Pa
         noise_evidence_of_files([*files[:20], tmp_path / "missing.png"], jobs=jobs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [0, 1, 15, 16, 17, 19, 33])
 @pytest.mark.parametrize("jobs", slow_but([1, 2], 1))
 def test_a_frame_of_another_size_is_named(

@@ -330,6 +330,7 @@ def test_matched_levels_have_the_histograms_as_margins(monkeypatch: pytest.Monke
 # Exposures unknown
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (1, 0, 2, 3)], ids=str)
 def test_exposures_are_guessed_as_the_mean_camera_would_have_them(order: tuple[int, ...]) -> None:
     edges = irradiance_at_edges(measured_prior(256).mean)[1:-1]

@@ -83,6 +83,7 @@ def found_in(frames: list[Levels], model: str | None = None) -> Response:
     return LikelihoodSearch(model=family).calibrate(LevelPairs(Cooccurrence.of_pair(*frames)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", slow_but(FAULTS, "laplace", "jpeg"))
 def test_a_fault_has_its_pattern(fault: str) -> None:
     make, pattern = FAULTS[fault]
@@ -103,6 +104,7 @@ def test_a_good_camera_has_none() -> None:
     assert found.flags == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fault",
     slow_but(

@@ -199,6 +199,7 @@ def test_covered_levels_leave_out_the_rarest() -> None:
 # Verdicts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("response", ["srgb", "linear", "gamma:0.35"])
 @pytest.mark.parametrize(("slope", "floor"), [(0.01, 9), (0.03, 16), (0.06, 25)])
 @pytest.mark.parametrize("subject", slow_but(["photograph", "soft", "colours"], "soft"))

@@ -228,6 +228,7 @@ def test_more_points_make_no_other_curve(number: int, brightest: float, tmp_path
     assert response.account("points")["scatter"] < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1e-12, 1e12])
 def test_any_unit_gives_the_same_curve(unit: float, tmp_path: Path) -> None:
     first = calibrate(points=table(tmp_path / "a.csv", error=0.01)).channel("Y")

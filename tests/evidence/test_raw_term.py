@@ -300,6 +300,7 @@ def test_everything_comes_back(name: str, limit: float) -> None:
     assert 0.005 <= found.term.scatter < 0.03
 
 
+@pytest.mark.slow
 def test_the_band_holds_the_truth() -> None:
     truth, held = named_curve("srgb"), []
     inverse = truth.inverse(np.arange(256) / 255)

@@ -127,6 +127,7 @@ def test_reading_stops_when_there_is_enough() -> None:
     assert next(numbers) == ENOUGH
 
 
+@pytest.mark.slow
 def test_reading_stops_where_nothing_is_still(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("chartless.evidence.noise.still.MOST", 50)
     numbers = count()

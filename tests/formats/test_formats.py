@@ -245,6 +245,7 @@ def test_a_source_reads_any_line_ends() -> None:
 # The command line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITTEN)
 def test_export_and_import(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     each = FORMATS[name]

@@ -135,6 +135,7 @@ def test_a_flat_wall_is_one_scene(noise: float) -> None:
     assert match(shot(light, 1, noise=noise), shot(light, 4, noise=noise)).one_scene
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", slow_but([0.05, 0.1, 0.2, 0.3], 0.3))
 def test_what_moves_does_not_make_another_scene(share: float) -> None:
     light, changed = scene(4, (700, 1000)), scene(4, (700, 1000))
@@ -207,6 +208,7 @@ def displaced(pixels: int) -> list[Frame]:
     return framed(*(shot(part, 0.5 * 4.0**k) for k, part in enumerate(parts)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pixels", "flagged"), [(0, False), (1, False), (3, True), (9, True)])
 def test_displaced_exposures_are_flagged_with_their_pixels(pixels: int, flagged: bool) -> None:
     evidence = bracket_evidence(displaced(pixels), TIMES)

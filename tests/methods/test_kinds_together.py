@@ -171,6 +171,7 @@ def test_beside_raw_files_the_exponent_of_unknown_exposures_is_known(curve: str)
 # Repeats
 
 
+@pytest.mark.slow
 def test_repeats_beside_raw_files_tell_the_noise_and_leave_the_curve() -> None:
     of_raw, pairs = shots("srgb").channel("G"), repeats("srgb")
     alone = found(of_raw)

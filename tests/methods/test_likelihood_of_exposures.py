@@ -268,6 +268,7 @@ def test_exposures_far_from_what_they_are_said_to_be_are_flagged() -> None:
 # Not known
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_but(CURVES, "srgb"))
 def test_unknown_exposures_give_the_curve_up_to_a_power(name: str) -> None:
     given = found(name, said=None, error=1.5)
@@ -417,6 +418,7 @@ def test_a_family_that_misses_the_camera_says_by_how_much(name: str, model: str)
     assert np.sqrt(np.mean(deviations(given) ** 2)) > 0.4 * np.sqrt(np.mean(off**2)) > 0.002
 
 
+@pytest.mark.slow
 def test_a_family_that_fits_is_as_sure_as_its_pixels() -> None:
     given = found("gamma", model="gamma")
 

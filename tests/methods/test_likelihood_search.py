@@ -193,6 +193,7 @@ def test_pairs_that_no_camera_makes_are_flagged() -> None:
     assert found.account("noise")["deviance"] > 1.5
 
 
+@pytest.mark.slow
 def test_two_runs_are_equal_to_the_last_bit() -> None:
     once, again = (likelihood_search().calibrate(LevelPairs(table_of("srgb"))) for _ in range(2))
 

@@ -121,6 +121,7 @@ def test_exposures_whose_ratios_are_found_equal_are_compared_once() -> None:
     assert totals[1] == pytest.approx(totals[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "noise_known", "least"),
     [
@@ -272,6 +273,7 @@ def test_channels_that_share_exposures_have_curves_of_their_own() -> None:
         assert rmse(response.curve, named_curve(curve)) < 0.01
 
 
+@pytest.mark.slow
 def test_channels_that_agree_are_as_sure_as_one() -> None:
     pairs = ExposurePairs(counts(0.02))
     alone = LikelihoodSearch().calibrate(pairs)

@@ -51,6 +51,7 @@ def test_the_noise_of_a_simulated_camera_is_found_in_the_middle(found: Response)
     assert found.noise.std(middle) == pytest.approx(NOISE.std(middle), rel=0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", ["bin", "sampled"])
 @pytest.mark.parametrize("curve", slow_but(["gamma:0.45", "srgb"], "srgb"))
 def test_other_cameras_and_smooth_scenes_are_found(curve: str, objective: str):

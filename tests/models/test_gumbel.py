@@ -28,6 +28,7 @@ def at_the_limit(model: Gumbel, a: float, series: Floats) -> Floats:
     return parameters
 
 
+@pytest.mark.slow
 @each("order", range(1, 11))
 @examples(30)
 @given(data=st.data(), a=st.floats(-4, 4))

@@ -105,6 +105,7 @@ def test_inverse_comes_back_to_the_irradiance(model: AbstractModel):
         assert np.all(error <= 3e-9)
 
 
+@pytest.mark.slow
 @each_by_family(
     "model",
     [

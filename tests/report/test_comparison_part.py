@@ -55,6 +55,7 @@ def lines_of(cell: Element) -> list[str]:
     return lines
 
 
+@pytest.mark.slow
 def test_the_table_says_how_far_light_is_apart(compared: Callable[..., Element]) -> None:
     """Root mean square of b − b² over brightness is √(1/30), in all channels alike."""
     part = compared(linear=ModelCurve("gamma", (1.0,)), same=GAMMA)
