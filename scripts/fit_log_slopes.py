@@ -1,4 +1,4 @@
-"""Compute the prior of log slopes from DoRF and write src/chartless/curves/prior.npz.
+"""Compute the prior of log slopes from DoRF and write src/chartless/curves/dorf.npz.
 
     python scripts/fit_log_slopes.py [DORF]
 
@@ -16,7 +16,7 @@ import numpy as np
 from chartless.curves.prior import N_BINS, log_slope_basis
 from chartless.datasets import load_dorf
 
-TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "prior.npz"
+TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "dorf.npz"
 N_COMPONENTS = 60
 
 

@@ -1,5 +1,6 @@
 """Log slopes: increasing curves whatever the numbers, and a prior like the cameras it is from."""
 
+import runpy
 from importlib import resources
 from pathlib import Path
 
@@ -11,11 +12,16 @@ from hypothesis.extra import numpy as hnp
 
 from chartless.curves.prior import (
     CurvePrior,
+    LogSlopeBasis,
+    Population,
     bin_edges,
+    digital_basis,
     irradiance_at_edges,
     log_slope_basis,
     log_slopes_of,
     measured_prior,
+    population_prior,
+    stored_basis,
 )
 from chartless.datasets import load_dorf
 from chartless.types import Floats
@@ -219,7 +225,7 @@ def test_components_hold_the_covariance_of_the_cameras(measured: tuple[Floats, F
 def test_the_packaged_numbers_are_those_of_the_measured_curves(
     measured: tuple[Floats, Floats],
 ) -> None:
-    with resources.files("chartless.curves").joinpath("prior.npz").open("rb") as file:
+    with resources.files("chartless.curves").joinpath("dorf.npz").open("rb") as file:
         arrays = np.load(file, allow_pickle=False)
         mean, components = arrays["mean"], arrays["components"].astype(np.float64)
 
@@ -233,3 +239,60 @@ def test_the_packaged_numbers_are_those_of_the_measured_curves(
     prior, packaged = basis.prior(64), measured_prior(64)
     np.testing.assert_allclose(prior.mean, packaged.mean, atol=1e-6)
     np.testing.assert_allclose(prior.covariance, packaged.covariance, atol=1e-5)
+
+
+# Digital cameras
+
+
+def test_an_odd_camera_does_not_move_the_typical_curve() -> None:
+    rng = np.random.default_rng(2)
+    cameras = [0.1 * rng.standard_normal((3, 256)) for _ in range(8)]
+    film = LogSlopeBasis(np.zeros(256), 0.2 * rng.standard_normal((5, 256)))
+    usual = digital_basis(cameras, film).mean
+    odd = digital_basis([*cameras[:7], cameras[7] + 50], film).mean
+
+    means = np.array([rows.mean(axis=0) for rows in cameras])
+    np.testing.assert_allclose(usual, np.sort(means, axis=0)[2:6].mean(axis=0), atol=1e-12)
+    assert np.abs(odd - usual).max() < np.ptp(means[:7], axis=0).max()
+
+
+def test_the_prior_of_digital_cameras_spans_cameras_and_a_quarter_of_film() -> None:
+    rng = np.random.default_rng(3)
+    cameras = [rng.standard_normal((n, 256)) for n in (3, 1, 3, 3)]
+    components = np.zeros((20, 256))  # as many are kept: those of film and ten of cameras
+    components[:10] = rng.standard_normal((10, 256))
+    film = LogSlopeBasis(np.zeros(256), components)
+    basis = digital_basis(cameras, film)
+
+    deviations = [rows - basis.mean for rows in cameras]
+    between = sum(each.T @ each / len(each) for each in deviations) / 3
+    expected = between + 0.25**2 * film.components.T @ film.components
+    np.testing.assert_allclose(basis.components.T @ basis.components, expected, atol=1e-9)
+
+
+def test_the_typical_digital_camera_lifts_shadows_more_than_film() -> None:
+    digital, film = (
+        irradiance_at_edges(population_prior(each).mean)
+        for each in (Population.DIGITAL, Population.DORF)
+    )
+
+    # Half of full brightness needs less light.
+    assert digital[128] < 0.7 * film[128]
+    assert np.all(np.diff(digital) > 0)
+
+
+@pytest.mark.slow
+def test_the_packaged_numbers_are_those_of_the_script(data_path: Path) -> None:
+    """Nine brackets are calibrated anew: what the script does, on the data it names."""
+    if not (data_path / "middlebury").is_dir() or not (data_path / "modern_curves").is_dir():
+        pytest.skip(f"no folders middlebury and modern_curves in {data_path}")
+    script = runpy.run_path(str(Path(__file__).parents[2] / "scripts" / "fit_digital.py"))
+    cameras = {**script["of_brackets"](data_path), **script["of_others"](data_path)}
+
+    basis = digital_basis(list(cameras.values()), stored_basis(Population.DORF))
+
+    stored = stored_basis(Population.DIGITAL)
+    np.testing.assert_allclose(basis.mean, stored.mean, atol=1e-4)
+    np.testing.assert_allclose(
+        basis.components.T @ basis.components, stored.components.T @ stored.components, atol=1e-3
+    )

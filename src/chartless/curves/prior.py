@@ -1,21 +1,37 @@
-"""Any response at all: the logarithm of the slope of g in each level, and what cameras have there.
+"""Priors of response curves: Gaussian distributions of the log slope of g in each level.
 
-A curve is a number w for each of the L levels: the log slope of the inverse response g in the bin
-of the level. Exponentials, added up and divided by their sum, give the irradiance between the
-levels: increasing by construction, through both ends, and no curve is left out. What keeps it from
-following every chance of the counts is a Gaussian process: mean and covariance of w over measured
-cameras, with some roughness more, so that cameras unlike those are not excluded.
+A curve is a number w for each of the L levels: the log slope of the inverse response g in
+the bin of the level. The exponentials, summed and divided by their total, give the
+irradiance between the levels: increasing by construction, through both ends, and no curve
+is excluded. A Gaussian process keeps it from following every fluctuation of the counts:
+mean and covariance of w over measured cameras, with additional roughness, so that other
+cameras are not excluded.
 
-The numbers in ``prior.npz`` are fitted by ``scripts/fit_log_slopes.py``.
+There are two populations. The Database of Response Functions (DoRF) is mostly film;
+``dorf.npz`` is computed by ``scripts/fit_log_slopes.py``. Digital cameras lift shadows
+and compress highlights more; ``digital.npz`` is computed by ``scripts/fit_digital.py``.
+docs/design/0014-populations.md compares them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache, cached_property
 from importlib import resources
 
 import numpy as np
 
 from chartless.types import Floats
+
+
+class Population(Enum):
+    """Cameras that a prior describes; the value is the name of its file."""
+
+    DORF = "dorf"
+    """Film and cameras of the last century: the Database of Response Functions."""
+    DIGITAL = "digital"
+    """Pictures of digital cameras, as they come from the camera."""
+
 
 N_BINS = 256
 """Levels at which the prior is kept; at other numbers it is interpolated."""
@@ -26,6 +42,10 @@ _ROUGHNESS, _LENGTH, _WHITE = 0.02, 8 / 255, 0.003
 # deviation at white and this length in ln of the distance from white, as shoulders are powers of
 # it; it falls off by e within so much brightness. scripts/fit_shoulder.py has what was fitted.
 _SHOULDER, _SHOULDER_LENGTH, _SHOULDER_REACH = 0.7, 0.75, 32 / 255
+# Share of DoRF's deviations in the prior of digital cameras, for curves unlike the few
+# that were measured: with it, the band of shape holds 99 % of the patches of cameras left
+# out (benchmarks/one_picture.py).
+_OTHER_CAMERAS = 0.25
 _STEEPEST = 5.0
 """Digitised curves have plateaus; their log slope is cut here."""
 
@@ -135,13 +155,52 @@ def log_slope_basis(irradiance: Floats, curves: Floats, n_components: int = 60) 
     return LogSlopeBasis(mean, scale * components[kept])
 
 
+def digital_basis(cameras: Sequence[Floats], film: LogSlopeBasis) -> LogSlopeBasis:
+    """Typical curve of digital cameras and its components, from a few measured cameras.
+
+    Parameters
+    ----------
+    cameras : sequence of ndarray, shape (C, 256)
+        Log slopes of the C channels of each camera. Each camera counts once.
+    film : LogSlopeBasis
+        Basis of a larger database, whose deviations count by a quarter.
+
+    Returns
+    -------
+    LogSlopeBasis
+        The mean is the interquartile mean over cameras at each level, which a single odd
+        camera does not move.
+    """
+    typical = np.array([channels.mean(axis=0) for channels in cameras])
+    quarter = len(cameras) // 4
+    mean = np.sort(typical, axis=0)[quarter : len(cameras) - quarter].mean(axis=0)
+    deviations = [
+        (channels - mean) / np.sqrt((len(cameras) - 1) * len(channels)) for channels in cameras
+    ]
+    rows = np.concatenate([*deviations, _OTHER_CAMERAS * film.components])
+    _, scale, components = np.linalg.svd(rows, full_matrices=False)
+    kept = slice(len(film.components))
+    return LogSlopeBasis(mean, scale[kept, np.newaxis] * components[kept])
+
+
 @cache
+def population_prior(population: Population, n_levels: int = N_BINS) -> CurvePrior:
+    """Prior of a population of cameras."""
+    return stored_basis(population).prior(n_levels)
+
+
 def measured_prior(n_levels: int = N_BINS) -> CurvePrior:
     """Prior of the 190 distinct curves of the Database of Response Functions."""
-    with resources.files("chartless.curves").joinpath("prior.npz").open("rb") as file:
+    return population_prior(Population.DORF, n_levels)
+
+
+def stored_basis(population: Population) -> LogSlopeBasis:
+    """Basis of a population, from the data of the package."""
+    name = f"{population.value}.npz"
+    with resources.files("chartless.curves").joinpath(name).open("rb") as file:
         arrays = np.load(file, allow_pickle=False)
         mean, components = (arrays[name].astype(np.float64) for name in ("mean", "components"))
-    return LogSlopeBasis(mean, components).prior(n_levels)
+    return LogSlopeBasis(mean, components)
 
 
 def shoulder_covariance(

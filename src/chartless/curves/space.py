@@ -15,10 +15,11 @@ from typing_extensions import override
 
 from chartless.curves.prior import (
     CurvePrior,
+    Population,
     bin_edges,
     irradiance_at_edges,
     log_slopes_of,
-    measured_prior,
+    population_prior,
 )
 from chartless.curves.whitening import whitening
 from chartless.errors import ParameterError
@@ -127,15 +128,15 @@ class FreeCurve(AbstractCurveSpace):
 
 
 @cache
-def free_curve(n_levels: int) -> FreeCurve:
-    """Any curve, with the prior learned from measured cameras."""
-    return FreeCurve(measured_prior(n_levels))
+def free_curve(n_levels: int, population: Population = Population.DORF) -> FreeCurve:
+    """Any curve, with the prior of a population."""
+    return FreeCurve(population_prior(population, n_levels))
 
 
 @cache
-def free_curve_with_shoulder(n_levels: int) -> FreeCurve:
+def free_curve_with_shoulder(n_levels: int, population: Population = Population.DORF) -> FreeCurve:
     """Any curve, with that prior and shoulders of any hardness."""
-    return FreeCurve(measured_prior(n_levels).with_shoulder())
+    return FreeCurve(population_prior(population, n_levels).with_shoulder())
 
 
 @final

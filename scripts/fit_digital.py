@@ -1,0 +1,108 @@
+"""Compute the prior of digital cameras and write src/chartless/curves/digital.npz.
+
+    python scripts/fit_digital.py [--data FOLDER]
+
+FOLDER, or the one that CHARTLESS_DATA names, holds two sets of cameras, which are not part
+of this project:
+
+middlebury      nine cameras, a chart at four exposures. Their curves are those that
+                `chartless.calibrate` finds from these brackets, three channels each
+modern_curves   seven cameras that users of darktable measured from raw files and JPEGs, and
+                the PowerShot S40, fitted to raw files beside their JPEGs
+
+The prior is the interquartile mean of the log slopes of these seventeen cameras, the
+principal components of their deviations, and a quarter of those of DoRF. Only these are kept.
+"""
+
+import argparse
+import csv
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+
+from chartless import calibrate
+from chartless.curves.prior import (
+    N_BINS,
+    Population,
+    bin_edges,
+    digital_basis,
+    log_slopes_of,
+    stored_basis,
+)
+from chartless.types import Floats
+
+TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "digital.npz"
+MEASURED = (
+    "dt_Nikon D750",
+    "dt_Nikon D5100",
+    "dt_Nikon D7000",
+    "dt_Nikon D7200",
+    "dt_Nikon D90",
+    "dt_Canon EOS 6D",
+    "dt_Pentax K-5",
+    "raw_S40",
+)
+"""Names in modern_curves of curves that were measured, not drawn by hand."""
+
+
+def of_brackets(data: Path) -> dict[str, Floats]:
+    """Log slopes of the cameras of the Middlebury data, shape (3, 256) each."""
+    with (data / "middlebury_response" / "patch_levels.csv").open(newline="") as stream:
+        exposures = {
+            (row["camera"], row["exposure"]): float(row["rel_exposure_measured"])
+            for row in csv.DictReader(stream)
+            if row["illuminant"] == "1"
+        }
+    edges = bin_edges(N_BINS)
+    found = {}
+    for camera in sorted({name for name, _ in exposures}):
+        times = {number: t for (name, number), t in sorted(exposures.items()) if name == camera}
+        frames = [data / "middlebury" / camera / f"wb1i1e{number}-jpg.png" for number in times]
+        calibration = calibrate(frames, times=list(times.values()), evidence="bracket")
+        curves = [channel.curve.inverse(edges) for channel in calibration.channels]
+        found[camera] = np.array([log_slopes_of(curve) for curve in curves])
+    return found
+
+
+def of_others(data: Path) -> dict[str, Floats]:
+    """Log slopes of the cameras of `MEASURED`, shape (1, 256) each."""
+    with np.load(data / "modern_curves" / "responses_1024.npz") as stored:
+        light, names, curves = stored["E"].astype(float), stored["names"], stored["f"].astype(float)
+    trifle = 1e-9 * np.arange(light.size)
+    rows = dict(zip(map(str, names), curves, strict=True))
+    return {
+        name: log_slopes_of(np.interp(bin_edges(N_BINS), rows[name] + trifle, light))[np.newaxis]
+        for name in MEASURED
+    }
+
+
+def main() -> None:
+    """Compute and write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, default=Path(os.environ.get("CHARTLESS_DATA", "data")))
+    data = parser.parse_args().data
+    cameras = {**of_brackets(data), **of_others(data)}
+    basis = digital_basis(list(cameras.values()), stored_basis(Population.DORF))
+    provenance = {
+        "script": "scripts/fit_digital.py",
+        "data": "Middlebury color data (Chakrabarti, Scharstein & Zickler), brackets of nine "
+        "cameras; base curves of darktable, seven cameras; raw files of a PowerShot S40 "
+        "(digicam_corpus, CC0)",
+        "cameras": list(cameras),
+        "what": f"interquartile mean and {len(basis.components)} principal components, times "
+        f"their deviations, of the log slope of g in each of {N_BINS} levels",
+    }
+    np.savez_compressed(
+        TARGET,
+        allow_pickle=False,
+        mean=basis.mean.astype(np.float32),
+        components=basis.components.astype(np.float32),
+        provenance=np.array(json.dumps(provenance)),
+    )
+    print(f"{TARGET.name}: {TARGET.stat().st_size / 1000:.0f} kB, {len(cameras)} cameras")
+
+
+if __name__ == "__main__":
+    main()
