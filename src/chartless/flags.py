@@ -37,6 +37,13 @@ class Advice(Enum):
 class Flag(Advice):
     """A doubt about a result, with its remedy."""
 
+    NO_EVIDENCE = (
+        "no-evidence",
+        (
+            "the pictures do not constrain the curve, which is that of a typical digital camera: "
+            "give two or more exposures of one scene, or the raw file of the picture as `raw`"
+        ),
+    )
     LEVELS_UNSEEN = (
         "levels-unseen",
         (

@@ -146,6 +146,7 @@ def calibrate(
         scheduler=scheduler is not None,
         mask=mask is not None,
         channels=channels != "auto",
+        model=task.calibrator.family is not None,
     )
     if n_levels is None and not any(map(is_video, task.inputs.items)):
         n_levels = LEVELS
@@ -320,6 +321,8 @@ class _Task:
         uses = frozenset[str]().union(*(kind.uses for kind in kinds.values()))
         if any(proposal.groups for proposal in self.plan.taken):
             uses |= {"mask", "channels"}
+        if any(kind.holds.constrains for kind in kinds.values()):
+            uses |= {"model"}
         idle += [name for name, is_given in arguments.items() if is_given and name not in uses]
         if idle:
             names = " and ".join(

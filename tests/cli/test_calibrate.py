@@ -50,10 +50,36 @@ def photograph() -> Pixels:
 # Frames that are refused
 
 
-def test_one_frame_is_too_few(shoot: Shoot, refusal: Refusal) -> None:
+def test_one_picture_gets_the_typical_curve(
+    shoot: Shoot, chartless: Chartless, tmp_path: Path
+) -> None:
+    (only,) = shoot(n_frames=1)
+    file, page = tmp_path / "camera.json", tmp_path / "camera.html"
+
+    done = chartless("calibrate", only, "-o", file, "--report", page)
+
+    assert done.status == 0, done.err
+    assert "evidence: the typical curve (one picture, no evidence)" in done.err
+    assert "no-evidence" in done.err
+    assert "give two or more exposures of one scene, or the raw file" in done.err
+    assert "  assumed\n" in done.out
+    assert "usable with care: Nothing constrains the curve" in done.out
+    assert "typical digital camera" in page.read_text(encoding="utf-8")
+    channels = json.loads(file.read_text(encoding="utf-8"))["channels"]
+    assert {channel["status"] for channel in channels} == {"assumed"}
+    light = tmp_path / "linear.exr"
+    assert chartless("linearize", file, only, "-o", light).status == 0
+    assert light.is_file()
+
+
+def test_one_picture_is_no_success_under_strict(shoot: Shoot, chartless: Chartless) -> None:
+    assert chartless("calibrate", *shoot(n_frames=1), "--strict", "--json").status == 3
+
+
+def test_one_frame_has_no_noise(shoot: Shoot, refusal: Refusal) -> None:
     (only,) = shoot(n_frames=1)
 
-    line = refusal("calibrate", only)
+    line = refusal("calibrate", only, "--evidence", "noise")
 
     assert f"two or more frames of one still scene, only {only} was given" in line
 
@@ -395,7 +421,7 @@ def test_strict_is_content_without_doubt(shoot: Shoot, chartless: Chartless) -> 
 
 
 def test_strict_does_not_change_a_refusal(shoot: Shoot, refusal: Refusal) -> None:
-    refusal("calibrate", *shoot(n_frames=1), "--strict", "--json")
+    refusal("calibrate", *shoot(n_frames=1), "--evidence", "noise", "--strict", "--json")
 
 
 # Alpha
@@ -560,7 +586,7 @@ def test_a_failure_leaves_an_older_result_alone(
     older = in_folder / "camera.json"
     older.write_text("older")
 
-    refusal("calibrate", frames[0])
+    refusal("calibrate", frames[0], "--evidence", "noise")
     assert older.read_text() == "older"
 
     def full(*_: object, **__: object) -> None:
@@ -587,7 +613,7 @@ def test_a_frame_is_not_overwritten_by_the_result(shoot: Shoot, refusal: Refusal
 def test_a_refusal_comes_as_json_too(shoot: Shoot, refusal: Refusal) -> None:
     (only,) = shoot(n_frames=1)
 
-    refusal("calibrate", only, "--json")
+    refusal("calibrate", only, "--evidence", "noise", "--json")
     refusal("calibrate", only, only, "--json")
     refusal("calibrate", only, "no such file ☂.png", "--json")
 

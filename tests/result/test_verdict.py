@@ -53,6 +53,15 @@ def test_a_curve_known_well_of_which_nothing_is_doubtful_is_good() -> None:
     assert str(judged) == "good: The curve is known to ± 0.012 of the light at white."
 
 
+def test_an_assumed_curve_is_usable_with_care_and_never_good() -> None:
+    for band in (0.001, 2 * WORST_BAND):
+        judged = verdict([response_of(band=band, status=Status.ASSUMED, flags=(Flag.NO_EVIDENCE,))])
+
+        assert judged.grade is Grade.CARE
+        assert judged.chief[0].startswith("Nothing constrains the curve")
+        assert f"± {band:.3f}" in judged.brief
+
+
 @pytest.mark.parametrize("flag", Flag)
 def test_no_flagged_curve_is_good(flag: Flag) -> None:
     judged = verdict([response_of(flags=(flag,))])

@@ -20,6 +20,7 @@ from chartless.evidence.points.kind import Points
 from chartless.evidence.points.term import PointTerm
 from chartless.evidence.raw.gather import raw_evidence
 from chartless.evidence.registry import KINDS
+from chartless.evidence.typical.gather import typical_evidence
 from chartless.formats import FORMATS
 from chartless.frames.frame import Frame, FrameSource
 from chartless.inference.block import Values
@@ -52,6 +53,7 @@ EXAMPLES: dict[str, Callable[[], AbstractEvidence]] = {
     "raw": lambda: raw_evidence([Camera(curve=named_curve("srgb")).pair(patches())], n_levels=64),
     "bracket": lambda: bracket_evidence(frames(0.25, 0.5, 1), np.log([1, 2, 4]), n_levels=64),
     "points": points,
+    "typical": lambda: typical_evidence(frames(1), n_levels=64),
     "noise": lambda: noise_evidence(frames(1, 1), n_levels=64),
 }
 

@@ -125,7 +125,14 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
     errors : sequence of float, optional
         RMSE of each channel against a known truth.
     """
-    from chartless.result.summary import doubts, error_text, fit_text, noise_text, white_text
+    from chartless.result.summary import (
+        doubts,
+        error_text,
+        fit_text,
+        noise_text,
+        status_text,
+        white_text,
+    )
     from chartless.result.verdict import verdict
 
     divided = any(response.shape_std is not None for response in calibration.channels)
@@ -146,7 +153,7 @@ def print_summary(calibration: "Calibration", errors: Sequence[float] | None = N
                     else [error_text(response.inverse_lut_std)]
                 ),
                 fit_text(response),
-                response.status.value if not response.flags else "doubtful",
+                status_text(response),
             ]
         )
     if errors is not None:

@@ -4,5 +4,5 @@ To add a kind, add a folder with the modules ``kind`` and ``options``, and its n
 `FOLDERS`.
 """
 
-FOLDERS = ("raw", "bracket", "points", "noise")
+FOLDERS = ("raw", "bracket", "points", "typical", "noise")
 """Kinds of evidence, in the order in which they are considered."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self, TypeVar
 
-from chartless.curves.prior import CurvePrior
+from chartless.curves.prior import CurvePrior, Population
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource
 from chartless.inference.block import Values
@@ -45,6 +45,8 @@ class AbstractChannelEvidence(ABC):
 
     kind: ClassVar[str]
     """Name of the kind, as users write it."""
+    constrains: ClassVar[bool] = True
+    """Whether it constrains the curve; if not, the curve is that of the prior."""
 
     @property
     @abstractmethod
@@ -68,6 +70,8 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
     compares_families: ClassVar[bool] = True
     """Whether the likelihood is the same for all families, whatever the fit of any
     one."""
+    population: ClassVar[Population] = Population.DORF
+    """Cameras that the prior describes."""
     shows_shoulder: ClassVar[bool] = False
     """Whether all levels but the last are observed, so that the prior may allow hard
     shoulders."""

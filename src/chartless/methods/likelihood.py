@@ -7,7 +7,7 @@ from typing import ClassVar, NamedTuple, final
 import numpy as np
 from typing_extensions import override
 
-from chartless.curves.prior import CurvePrior, measured_prior
+from chartless.curves.prior import CurvePrior, Population, population_prior
 from chartless.curves.space import (
     AbstractCurveSpace,
     FamilyCurve,
@@ -297,10 +297,10 @@ class LikelihoodSearch(AbstractCalibrator):
 
     def _searched(self, parts: Parts, more: MoreTerms | None = None) -> Searched:
         everything = [part for own in parts.values() for part in own]
-        n_levels = everything[0].n_levels
+        n_levels, population = everything[0].n_levels, everything[0].population
         shoulder = any(part.shows_shoulder for part in everything)
-        space = self._space(n_levels, shoulder=shoulder)
-        return searched(parts, space, self._prior(n_levels), more)
+        space = self._space(n_levels, population, shoulder=shoulder)
+        return searched(parts, space, self._prior(n_levels, population), more)
 
     def _pairs_of(self, channels: Sequence[ChannelEvidence]) -> MoreTerms:
         """Terms of level pairs beside others, weighted as along the ridge."""
@@ -358,7 +358,7 @@ class LikelihoodSearch(AbstractCalibrator):
             observed_levels=(min(lowest), max(highest)),
             n_pairs=sum(part.n_pixels for part in evidence.parts),
             method=self.method,
-            status=Status.CONVERGED if settled else Status.LIMIT_REACHED,
+            status=_status(evidence, settled=settled),
             log_evidence=mode.log_evidence if comparable else None,
             inverse_lut_std=estimate.std,
             shape_std=estimate.shape_std,
@@ -372,18 +372,29 @@ class LikelihoodSearch(AbstractCalibrator):
         )
         return response.with_flags(*told.flags, *(flag for flag, holds in doubts if holds))
 
-    def _prior(self, n_levels: int) -> CurvePrior:
-        return self.prior or measured_prior(n_levels)
+    def _prior(self, n_levels: int, population: Population = Population.DORF) -> CurvePrior:
+        return self.prior or population_prior(population, n_levels)
 
-    def _space(self, n_levels: int, *, shoulder: bool = False) -> AbstractCurveSpace:
+    def _space(
+        self,
+        n_levels: int,
+        population: Population = Population.DORF,
+        *,
+        shoulder: bool = False,
+    ) -> AbstractCurveSpace:
         if self.model is not None:
             return FamilyCurve(self.model, n_levels)
-        return self._any_curve(n_levels, shoulder=shoulder)
-
-    def _any_curve(self, n_levels: int, *, shoulder: bool = False) -> AbstractCurveSpace:
         if self.prior is not None:
             return FreeCurve(self.prior.with_shoulder() if shoulder else self.prior)
-        return free_curve_with_shoulder(n_levels) if shoulder else free_curve(n_levels)
+        if shoulder:
+            return free_curve_with_shoulder(n_levels, population)
+        return free_curve(n_levels, population)
+
+
+def _status(evidence: ChannelEvidence, *, settled: bool) -> Status:
+    if not any(part.constrains for part in evidence.parts):
+        return Status.ASSUMED
+    return Status.CONVERGED if settled else Status.LIMIT_REACHED
 
 
 class _Noise(NamedTuple):

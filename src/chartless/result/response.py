@@ -21,6 +21,8 @@ class Status(Enum):
 
     CONVERGED = "converged"
     LIMIT_REACHED = "limit-reached"
+    ASSUMED = "assumed"
+    """No estimation: the curve is typical of the camera's kind."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 from chartless.flags import Flag
 from chartless.result.account import written
 from chartless.result.calibration import Calibration
-from chartless.result.response import Response
+from chartless.result.response import Response, Status
 from chartless.result.verdict import deviation
 from chartless.types import Floats, JsonObject
 
@@ -48,6 +48,13 @@ def doubts(calibration: Calibration) -> list[Doubt]:
         Doubt(flag.code, tuple(names), flag.advice, _details(calibration, flag, names))
         for flag, names in calibration.flags.items()
     ]
+
+
+def status_text(response: Response) -> str:
+    """Status of a channel in one word: "doubtful" if it is flagged."""
+    if response.flags and response.status is not Status.ASSUMED:
+        return "doubtful"
+    return response.status.value
 
 
 def account_lines(channels: Sequence[Response]) -> list[Line]:

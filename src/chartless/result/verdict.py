@@ -11,7 +11,7 @@ from enum import Enum
 import numpy as np
 
 from chartless.flags import Flag
-from chartless.result.response import Response
+from chartless.result.response import Response, Status
 from chartless.types import Floats, JsonObject
 
 GOOD_BAND = 0.02
@@ -26,6 +26,7 @@ GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.DISAGREEMENT, Flag.N
 """Flags with which the band does not hold: MISFIT unless all fits are within their limits for that,
 and the others always."""
 
+_ASSUMED = "Nothing constrains the curve: it is that of a typical digital camera."
 _NO_ERROR = "No error is known for this curve."
 _MOST_CHIEF = 2
 
@@ -81,11 +82,11 @@ def band(channels: Sequence[Response]) -> float | None:
 def verdict(channels: Sequence[Response]) -> Verdict:
     """Judge the channels of a camera by the worst of them.
 
-    Do not trust a curve with a grave flag, or one that is known no better than to `WORST_BAND`. Use
-    with care one that is flagged otherwise, that is known to more than `GOOD_BAND`, of which the
-    light at white is known to more than `GOOD_WHITE`, that explains a kind of evidence no better
-    than that kind calls good, in the channel that `typical` chooses, or of which no error or no
-    goodness of fit is known. Others are good.
+    Use with care a curve that is assumed. Do not trust one with a grave flag, or one that is known
+    no better than to `WORST_BAND`. Use with care one that is flagged otherwise, that is known to
+    more than `GOOD_BAND`, of which the light at white is known to more than `GOOD_WHITE`, that
+    explains a kind of evidence no better than that kind calls good, in the channel that `typical`
+    chooses, or of which no error or no goodness of fit is known. Others are good.
 
     Parameters
     ----------
@@ -111,6 +112,9 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     what = "curve" if white is None else "shape of the curve"
     how_sure = f"The {what} is known to ± {widest:.3f} of the light at white"
     bad, doubtful, fine = [], [], []
+    if all(response.status is Status.ASSUMED for response in channels):
+        reasons = (_ASSUMED, f"{how_sure}.", *_of_white(white))
+        return Verdict(Grade.CARE, reasons, reasons)
     if grave:
         bad.append(f"A curve and its noise do not explain the pictures: {_listed(grave)}.")
     if widest > WORST_BAND:

@@ -1,0 +1,1 @@
+"""The typical curve of digital cameras, for pictures without evidence."""
