@@ -145,7 +145,7 @@ def test_the_linear_curve_is_linear():
 
 
 @pytest.mark.parametrize(
-    ("text", "suggestion"), [("srbg", "srgb"), ("gama:0.5", "gamma"), ("sRGB", "srgb")]
+    ("text", "suggestion"), [("srbg", "srgb"), ("gama:0.5", "gamma"), ("S-Log4", "slog3")]
 )
 def test_an_unknown_name_suggests_the_closest(text: str, suggestion: str):
     with pytest.raises(UnknownNameError, match=f"Did you mean '{suggestion}'"):

@@ -4,4 +4,4 @@ from chartless.curves.curve import AbstractCurve as AbstractCurve
 from chartless.curves.curve import ModelCurve as ModelCurve
 from chartless.curves.curve import SampledCurve as SampledCurve
 from chartless.curves.curve import SrgbCurve as SrgbCurve
-from chartless.curves.curve import named_curve as named_curve
+from chartless.curves.named import named_curve as named_curve

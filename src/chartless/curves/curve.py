@@ -1,7 +1,6 @@
 """One response curve, whatever it is made of: f, its inverse g, nothing else."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -9,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from chartless.errors import ParameterError, UnknownNameError
+from chartless.errors import ParameterError
 from chartless.models import MODELS, checked_brightness
 from chartless.types import Floats
 
@@ -142,34 +141,3 @@ class SrgbCurve(AbstractCurve):
     def inverse(self, brightness: npt.ArrayLike) -> Floats:
         y = checked_brightness(brightness)
         return np.where(y <= 0.04045, y / 12.92, ((y + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
-
-
-_STANDARD: dict[str, Callable[[], AbstractCurve]] = {
-    "linear": lambda: ModelCurve("gamma", (1.0,)),
-    "srgb": SrgbCurve,
-}
-
-
-def named_curve(text: str) -> AbstractCurve:
-    """Curve that a user names: ``srgb``, ``linear`` or ``MODEL:PARAMETER,PARAMETER,…``.
-
-    Examples
-    --------
-    >>> named_curve("gamma:0.5").response(0.25)
-    array(0.5)
-    """
-    name, colon, values = text.partition(":")
-    if name in _STANDARD:
-        if colon:
-            msg = f"{name} takes no parameters, not {values!r}"
-            raise ParameterError(msg)
-        return _STANDARD[name]()
-    if name not in MODELS:
-        kind = "response"
-        raise UnknownNameError(kind, name, [*_STANDARD, *MODELS])
-    try:
-        parameters = tuple(float(value) for value in values.split(",") if value)
-    except ValueError:
-        msg = f"parameters of {name} must be numbers separated by commas, not {values!r}"
-        raise ParameterError(msg) from None
-    return ModelCurve(name, parameters)
