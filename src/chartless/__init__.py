@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from chartless.errors import ChartlessError as ChartlessError
     from chartless.evidence.noise.cooccurrence import Cooccurrence as Cooccurrence
     from chartless.flags import Flag as Flag
+    from chartless.formats import load_calibration as load_calibration
     from chartless.formats.calibration_file import load as load
     from chartless.formats.calibration_file import save as save
     from chartless.methods import CALIBRATORS as CALIBRATORS
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Calibration": "result.calibration",
     "load": "formats.calibration_file",
+    "load_calibration": "formats",
     "save": "formats.calibration_file",
     "CALIBRATORS": "methods",
     "Cooccurrence": "evidence.noise.cooccurrence",

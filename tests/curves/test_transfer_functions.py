@@ -205,7 +205,7 @@ def test_other_ranges_are_refused(text: str, told: str):
     assert str(caught.value) == told
 
 
-@pytest.mark.parametrize("text", ["", ":limited", "-", "slog"])
+@pytest.mark.parametrize("text", ["", ":limited", "-", "slog", "s/rgb", "./srgb", "srgb/"])
 def test_what_is_no_name_is_refused(text: str):
     with pytest.raises(UnknownNameError, match="unknown response"):
         named_curve(text)

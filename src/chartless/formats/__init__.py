@@ -15,6 +15,7 @@ from chartless.formats._exchange import export_response as export_response
 from chartless.formats._exchange import import_response as import_response
 from chartless.formats._exchange import is_calibration as is_calibration
 from chartless.formats._exchange import load_calibration as load_calibration
+from chartless.formats.named import known_names as known_names
 
 from chartless.formats.opencv import OpenCv as OpenCv  # isort: skip
 from chartless.formats.clf import Clf as Clf  # isort: skip

@@ -1,6 +1,7 @@
 """Calibrations to files of other programs, and back."""
 
 import os
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from struct import error as StructError  # noqa: N812 - the name in the standard library
@@ -18,6 +19,7 @@ from chartless.formats._base import (
 )
 from chartless.formats._tables import recorded_verdict
 from chartless.formats.calibration_file import FORMAT, load
+from chartless.formats.named import named_calibration, require_name
 from chartless.result.calibration import Calibration
 from chartless.result.verdict import Grade
 from chartless.types import Floats32
@@ -133,14 +135,39 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
     return _decoded(found, source)
 
 
-def load_calibration(path: str | os.PathLike[str]) -> Calibration:
-    """Read a calibration from a file of ours or of another program, recognised by content.
+def load_calibration(path: str | os.PathLike[str], *, pictures: Iterable[Path] = ()) -> Calibration:
+    """Read a calibration from a file, or make that of a named transfer function.
+
+    Parameters
+    ----------
+    path : path-like
+        A file of ours or of another program, recognised by content. Or, where there is no such
+        file, a name: of `known_names`, such as ``srgb``, ``slog3`` or ``icc``, or
+        ``MODEL:PARAMETER,…`` such as ``gamma:0.45``.
+    pictures : iterable of Path
+        Pictures that it is for: ``icc`` is the profile in them.
 
     Raises
     ------
     CalibrationFileError
         As `import_response` and `chartless.formats.calibration_file.load` do.
+    UnknownNameError
+        If there is neither such a file nor such a name.
+    ParameterError, ImageError
+        If what follows the colon of a name has no meaning, or ``icc`` finds no curves.
+
+    Examples
+    --------
+    >>> load_calibration("srgb").channel("Y").curve.inverse(0.5).round(4)
+    np.float64(0.214)
     """
+    text = os.fspath(path)
+    if not Path(text).is_file():
+        named = named_calibration(text, pictures)
+        if named is not None:
+            return named
+        if not Path(text).exists():
+            require_name(text)
     try:
         source = Source.read(Path(path))
     except CalibrationFileError:  # our own may be larger, and say more clearly what is wrong

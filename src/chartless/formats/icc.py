@@ -59,6 +59,8 @@ _SHIFTED = 2
 """Function whose c is added to all of the curve."""
 _BRIGHTNESS: Floats = np.linspace(0.0, 1.0, MOST_ENTRIES)
 _FULL = 65535
+_FIRST_TEXT = struct.Struct(">20xII")  # of a multiLocalizedUnicodeType: its size and place
+_LONGEST_TEXT = 100
 
 
 @final
@@ -115,16 +117,38 @@ class Icc(AbstractFormat):
     @override
     def decode(self, source: Source) -> Calibration:
         """Calibration of the curves of a profile of any class, in colour or grey."""
-        tags = _tags(source.content)
-        for names, keys in _CURVES:
-            if tags.keys() >= set(keys):
-                curves = [_samples(tags[key]) for key in keys]
-                return calibration_of(_side_by_side(curves), source, self.name, names=names)
-        msg = "has no curve for each channel (rTRC, gTRC, bTRC): its tables mix them"
-        raise ValueError(msg)
+        table, names = curves_of(source.content)
+        return calibration_of(table, source, self.name, names=names)
 
 
 register_format(Icc())
+
+
+def curves_of(content: bytes) -> tuple[Floats, tuple[str, ...]]:
+    """Irradiance at uniform brightness that a profile has, and the channel of each column.
+
+    Raises
+    ------
+    ValueError
+        If the profile is damaged, or has no curve for each channel.
+    """
+    tags = _tags(content)
+    for names, keys in _CURVES:
+        if tags.keys() >= set(keys):
+            return _side_by_side([_samples(tags[key]) for key in keys]), names
+    msg = "has no curve for each channel (rTRC, gTRC, bTRC): its tables mix them"
+    raise ValueError(msg)
+
+
+def description_of(content: bytes) -> str:
+    """What a sound profile calls itself; empty if it does not, or in a way that is not known."""
+    tag = bytes(_tags(content).get(b"desc", b""))
+    if tag.startswith(b"mluc") and len(tag) >= _FIRST_TEXT.size:
+        size, start = _FIRST_TEXT.unpack_from(tag)
+        text = tag[start : start + size].decode("utf-16-be", errors="replace")
+    else:
+        text = tag[12:].split(b"\0")[0].decode("latin-1")
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:_LONGEST_TEXT]
 
 
 def _profile(tags: dict[bytes, bytes]) -> bytes:

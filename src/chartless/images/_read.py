@@ -162,6 +162,20 @@ def read_settings(path: str | os.PathLike[str], *, raw: bool = False) -> CameraS
     return raw_settings(path) if is_raw(path) else _settings(_open(path, head).spec())
 
 
+def read_profile(path: str | os.PathLike[str]) -> bytes | None:
+    """Read the ICC profile that a picture holds, as it is; None if it holds none.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, unreadable or no picture.
+    """
+    path = Path(path)
+    head = _read_head(path)
+    profile = _open(path, head).spec().getattribute("ICCProfile")
+    return None if profile is None else np.asarray(profile, dtype=np.uint8).tobytes()
+
+
 def read_size(path: str | os.PathLike[str]) -> tuple[int, int]:
     """Width and height that a picture claims, from its header alone.
 

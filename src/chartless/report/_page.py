@@ -19,7 +19,7 @@ from chartless.report._downloads import downloads
 from chartless.report._figures import drawings
 from chartless.report._pictures import previews
 from chartless.result.calibration import Calibration
-from chartless.result.response import Response
+from chartless.result.response import Response, Status
 from chartless.result.summary import (
     Line,
     account_lines,
@@ -170,6 +170,7 @@ def _provenance(calibration: Calibration) -> JsonObject:
         "settings": {
             _IN_WORDS.get(name, name): _text(value) for name, value in settings.items() if value
         },
+        "named": settings.get("name", "") if first.status is Status.ASSUMED else "",
         "foreign": first.method if first.method in FORMATS else "",
         "n_pictures": n_frames(calibration),
         "what": _what(calibration),

@@ -22,7 +22,7 @@ class Status(Enum):
     CONVERGED = "converged"
     LIMIT_REACHED = "limit-reached"
     ASSUMED = "assumed"
-    """No estimation: the curve is typical of the camera's kind."""
+    """Nothing was estimated: the curve is typical of cameras, or was named."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +55,11 @@ class Response:
     observed_levels: tuple[int, int]
     """Lowest and highest level seen. Beyond them the curve is extrapolated."""
     n_pairs: int
-    """Pixels, pairs of them or blocks that were compared; 0 if another program made the curve."""
+    """Pixels, pairs of them or blocks that were compared; 0 if another program made the curve or
+    somebody named it."""
     method: str
-    """Name in `chartless.methods.CALIBRATORS`."""
+    """Name in `chartless.methods.CALIBRATORS`; of a curve that was read, the format of its file,
+    and of one that was named, "named"."""
     status: Status
     flags: tuple[Flag, ...] = ()
     accounts: tuple[Account, ...] = ()

@@ -26,8 +26,9 @@ GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.DISAGREEMENT, Flag.N
 """Flags with which the band does not hold: MISFIT unless all fits are within their limits for that,
 and the others always."""
 
-_ASSUMED = "Nothing constrains the curve: it is that of a typical digital camera."
+_TYPICAL = "Nothing constrains the curve: it is that of a typical digital camera."
 _NO_ERROR = "No error is known for this curve."
+_ASSUMED = "The curve is assumed, not measured: its error for this camera is not known."
 _MOST_CHIEF = 2
 
 
@@ -112,8 +113,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     what = "curve" if white is None else "shape of the curve"
     how_sure = f"The {what} is known to ± {widest:.3f} of the light at white"
     bad, doubtful, fine = [], [], []
-    if all(response.status is Status.ASSUMED for response in channels):
-        reasons = (_ASSUMED, f"{how_sure}.", *_of_white(white))
+    if known is not None and all(response.status is Status.ASSUMED for response in channels):
+        reasons = (_TYPICAL, f"{how_sure}.", *_of_white(white))
         return Verdict(Grade.CARE, reasons, reasons)
     if grave:
         bad.append(f"A curve and its noise do not explain the pictures: {_listed(grave)}.")
@@ -127,7 +128,8 @@ def verdict(channels: Sequence[Response]) -> Verdict:
         fine.append(f"{how_sure}.")
     doubtful += _of_white(white)
     if any(response.inverse_lut_std is None for response in channels):
-        doubtful.append(_NO_ERROR)
+        assumed = any(response.status is Status.ASSUMED for response in channels)
+        doubtful.append(_ASSUMED if assumed else _NO_ERROR)
     if any(_is_untested(response) for response in channels):
         doubtful.append("Whether curve and noise explain the pictures was not tested.")
     doubtful += _remarks(channels)
@@ -140,16 +142,17 @@ def verdict(channels: Sequence[Response]) -> Verdict:
 def known_verdict(channels: Sequence[Response]) -> Verdict | None:
     """Verdict for those who use a calibration; None where there is nothing to say.
 
-    The files of other programs hold no error, so "usable with care" is true of every curve in them
-    and would only teach people not to read the line. A fault of such a curve, for example that it
-    falls somewhere, is said all the same.
+    The files of other programs hold no error, nor do standards, so "usable with care" is true of
+    every curve of theirs and would only teach people not to read the line. A fault of such a curve,
+    for example that it falls somewhere, is said all the same.
     """
     judged = verdict(channels)
-    return None if is_foreign(channels) and judged.chief == (_NO_ERROR,) else judged
+    bare = judged.chief in ((_NO_ERROR,), (_ASSUMED,))
+    return None if is_foreign(channels) and bare else judged
 
 
 def is_foreign(channels: Sequence[Response]) -> bool:
-    """Whether another program found the curves: of no picture chartless saw a pixel."""
+    """Whether the curves are from elsewhere: of no picture chartless saw a pixel."""
     return not any(response.n_pairs for response in channels)
 
 

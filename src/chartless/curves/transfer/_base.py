@@ -16,6 +16,7 @@ from chartless.types import Floats
 _CODES, _BLACK, _RANGE = 1023, 64, 876
 """Largest code value of 10 bits, and black and the distance to white in limited range, as in
 ITU-R BT.709-6, item 5.5."""
+_SPELLING = str.maketrans("", "", "-._ ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,4 +121,4 @@ def find_transfer_function(name: str) -> TransferFunction | None:
 
 
 def _plain(name: str) -> str:
-    return "".join(filter(str.isalnum, name.lower()))
+    return name.lower().translate(_SPELLING)

@@ -127,19 +127,19 @@ def _register(
 _register(
     "logc3",
     "ARRI LogC3, EI 800",
-    "ARRI, ALEXA Log C Curve: Usage in VFX, 2017, table for linear scene exposure",
+    "ALEXA Log C Curve: Usage in VFX, 2017, table for linear scene exposure",
     Logarithm(5.555556, 0.052272, 0.247190, 0.385537, Toe(5.367655, 0.092809, 0.010591)),
 )
 _register(
     "logc4",
     "ARRI LogC4",
-    "ARRI, LogC4 Logarithmic Color Space Specification, 2022, 4.1",
+    "LogC4 Logarithmic Color Space Specification, 2022, 4.1",
     Logarithm(_LOGC4_A, 64, _LOGC4_B / 14 / _LOG10_2, _LOGC4_C - 6 * _LOGC4_B / 14),
 )
 _register(
     "bmdfilm5",
     "Blackmagic Film Generation 5",
-    "Blackmagic Design, Generation 5 Color Science, 2021",
+    "Blackmagic Generation 5 Color Science, 2021",
     Logarithm(
         1,
         0.005494072432257808,
@@ -151,20 +151,20 @@ _register(
 _register(
     "log3g10",
     "RED Log3G10",
-    "RED, White Paper on REDWideGamutRGB and Log3G10, 2017",
+    "White Paper on REDWideGamutRGB and Log3G10, 2017",
     Logarithm(_LOG3G10_B, _LOG3G10_B * _LOG3G10_C + 1, 0.224282, 0),
 )
-_register("applelog", "Apple Log", "Apple, Apple Log Profile White Paper, 2023", AppleLog())
+_register("applelog", "Apple Log", "Apple Log Profile White Paper, 2023", AppleLog())
 _register(
     "dlog",
     "DJI D-Log",
-    "DJI, White Paper on D-Log and D-Gamut, 2017",
+    "White Paper on D-Log and D-Gamut, 2017",
     Logarithm(0.9892, 0.0108, 0.256663, 0.584555, Toe(6.025, 0.0929, 0.0078)),
 )
 _register(
     "slog2",
     "Sony S-Log2",
-    "Sony, S-Log2 Technical Paper, 2012",
+    "S-Log2 Technical Paper, 2012",
     # The signal is that of limited range, of exposure: reflectance over 0.9.
     Logarithm(
         155 / 219 / 0.9,
@@ -177,7 +177,7 @@ _register(
 _register(
     "slog3",
     "Sony S-Log3",
-    "Sony, Technical Summary for S-Gamut3.Cine/S-Log3 and S-Gamut3/S-Log3, 1.0, appendix",
+    "Technical Summary for S-Gamut3.Cine/S-Log3 and S-Gamut3/S-Log3, 1.0, appendix",
     Logarithm(
         1 / 0.19,
         0.01 / 0.19,
@@ -190,21 +190,21 @@ _register(
 _register(
     "vlog",
     "Panasonic V-Log",
-    "Panasonic, VARICAM V-Log/V-Gamut, 2014, 2",
+    "VARICAM V-Log/V-Gamut, 2014, 2",
     Logarithm(1, 0.00873, 0.241514, 0.598206, Toe(5.6, 0.125, 0.01)),
     recorded=True,
 )
 _register(
     "canonlog2",
     "Canon Log 2",
-    "Canon, Input Transform Version 202007 (1.2)",
+    "Canon Input Transform Version 202007 (1.2)",
     Logarithm(87.09937546 / 0.9, 1, 0.24136077, 0.092864125),
     recorded=True,
 )
 _register(
     "canonlog3",
     "Canon Log 3",
-    "Canon, Input Transform Version 202007 (1.2)",
+    "Canon Input Transform Version 202007 (1.2)",
     Logarithm(
         14.98325 / 0.9,
         1,
@@ -217,21 +217,21 @@ _register(
 _register(
     "flog",
     "Fujifilm F-Log",
-    "Fujifilm, F-Log Data Sheet 1.1, 2022, 2",
+    "F-Log Data Sheet 1.1, 2022, 2",
     Logarithm(0.555556, 0.009468, 0.344676, 0.790453, Toe(8.735631, 0.092864, 0.00089)),
     recorded=True,
 )
 _register(
     "flog2",
     "Fujifilm F-Log2",
-    "Fujifilm, F-Log2 Data Sheet 1.0, 2022, 2",
+    "F-Log2 Data Sheet 1.0, 2022, 2",
     Logarithm(5.555556, 0.064829, 0.245281, 0.384316, Toe(8.799461, 0.092864, 0.000889)),
     recorded=True,
 )
 _register(
     "nlog",
     "Nikon N-Log",
-    "Nikon, N-Log Specification Document 1.0.0, 2018, 2",
+    "N-Log Specification Document 1.0.0, 2018, 2",
     NLog(),
     recorded=True,
 )
