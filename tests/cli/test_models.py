@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from chartless.curves.transfer import TRANSFER_FUNCTIONS
+from chartless.formats.named import NAMED
 from chartless.models import MODELS, Property
 
 Chartless = Callable[..., Any]
@@ -64,7 +66,7 @@ def test_a_row_says_what_the_models_claim(family: str, chartless: Chartless) -> 
 
 
 def test_every_property_is_explained(chartless: Chartless) -> None:
-    _, _, legend = chartless("models").out.partition("\n\n")
+    _, legend, _ = chartless("models").out.split("\n\n")
 
     lines = [line.split(maxsplit=1) for line in legend.splitlines()]
     assert lines == [[each.name.lower(), each.value] for each in Property]
@@ -82,7 +84,7 @@ def test_the_list_for_machines(chartless: Chartless) -> None:
     done = chartless("models", "--json")
 
     assert (done.status, done.err) == (0, "")
-    assert list(done.json) == ["models"]
+    assert list(done.json) == ["models", "named"]
     entries = done.json["models"]
     assert [entry["name"] for entry in entries] == list(MODELS)
     for entry in entries:
@@ -95,6 +97,19 @@ def test_the_list_for_machines(chartless: Chartless) -> None:
             "formula": model.formula,
             "properties": sorted(each.name.lower() for each in model.properties),
         }
+
+
+def test_names_of_calibrations_are_listed_with_their_sources(chartless: Chartless) -> None:
+    _, _, names = chartless("models").out.split("\n\n")
+    header, *lines = names.splitlines()
+
+    assert header.split() == ["name", "calibration"]
+    listed = dict(line.split(maxsplit=1) for line in lines)
+    assert list(listed) == [*TRANSFER_FUNCTIONS, *NAMED]
+    assert listed["srgb"] == "sRGB (IEC 61966-2-1:1999, 5.2)"
+    assert {
+        each["name"]: each["title"] for each in chartless("models", "--json").json["named"]
+    } == (listed)
 
 
 def test_an_argument_is_refused(chartless: Chartless) -> None:

@@ -10,6 +10,12 @@ from chartless.errors import ParameterError
 
 if TYPE_CHECKING:
     from chartless.curves import AbstractCurve
+    from chartless.types import Floats
+
+CALIBRATION_HELP = (
+    "File that calibrate wrote, a response of another program, or a name such as srgb, gamma:0.45, "
+    "slog3 or icc; chartless models lists them."
+)
 
 Jobs = Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")]
 Scheduler = Annotated[
@@ -90,3 +96,14 @@ def parse_curve(text: str) -> "AbstractCurve":
     from chartless.curves import named_curve
 
     return named_curve(text)
+
+
+def parse_samples(path: Path) -> "tuple[Floats, Floats]":
+    """Irradiance and brightness of a measured curve in a file, or of a named one."""
+    from chartless.curves.file import read_samples
+    from chartless.curves.named import is_curve_name, named_curve
+    from chartless.models import UNIFORM_IRRADIANCE
+
+    if path.is_file() or not is_curve_name(str(path)):
+        return read_samples(path)
+    return UNIFORM_IRRADIANCE, named_curve(str(path)).response(UNIFORM_IRRADIANCE)

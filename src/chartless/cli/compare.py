@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chartless.cli._options import AsJson
+from chartless.cli._options import AsJson, parse_samples
 from chartless.cli._terminal import case_bar, naming, print_json, print_table, remark
 
 if TYPE_CHECKING:
@@ -20,7 +20,8 @@ def compare(
     curves: Annotated[
         list[Path],
         typer.Argument(
-            help="Files of two columns, irradiance and brightness, each in 0 to 1.",
+            help="Files of two columns, irradiance and brightness, each in 0 to 1, or names such "
+            "as srgb.",
             show_default=False,
         ),
     ],
@@ -42,14 +43,14 @@ def compare(
     \b
     Example:
         chartless compare curve.csv
+        chartless compare slog3
         chartless compare red.csv green.csv blue.csv -o compare.png
     """
     from chartless._files import require_writable
     from chartless.curves.comparison import compare as compare_families
-    from chartless.curves.file import read_samples
     from chartless.curves.fitting import checked_samples
 
-    samples = [read_samples(path) for path in curves]
+    samples = [parse_samples(path) for path in curves]
     for path, (irradiance, brightness) in zip(curves, samples, strict=True):
         with naming(path):
             checked_samples(irradiance, brightness)

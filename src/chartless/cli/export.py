@@ -1,11 +1,12 @@
 """``chartless export`` and ``chartless import``: response curves of other programs."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chartless.cli._options import AsJson
+from chartless.cli._options import CALIBRATION_HELP, AsJson
 from chartless.cli._terminal import (
     print_json,
     print_summary,
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 def export(
     calibration: Annotated[
         Path | None,
-        typer.Argument(help="File that calibrate or import wrote.", show_default=False),
+        typer.Argument(help=CALIBRATION_HELP, show_default=False),
     ] = None,
     to: Annotated[
         str | None,
@@ -64,6 +65,7 @@ def export(
         chartless export --list
         chartless export camera.json --to cube
         chartless export camera.json --to dso --size 640x480 -o pcalib.txt
+        chartless export slog3 --to cube
     """
     if list_formats:
         _print_formats(as_json=as_json)
@@ -75,7 +77,7 @@ def export(
         raise ParameterError(msg)
     name = to or _name_by_suffix(output)
     camera = load_calibration(calibration)
-    target = output or calibration.with_name(_file_name(calibration.stem, FORMATS[name]))
+    target = output or calibration.with_name(_file_name(_stem(calibration), FORMATS[name]))
     if target.resolve() == calibration.resolve():
         msg = f"{target} is the calibration itself and would be overwritten: give another -o"
         raise ParameterError(msg)
@@ -195,6 +197,13 @@ def _print_formats(*, as_json: bool) -> None:
         for each in FORMATS.values()
     ]
     print_table(header, rows, left=range(len(header)))
+
+
+def _stem(calibration: Path) -> str:
+    """Name of the file without its extension; of a named calibration the name as one word."""
+    if calibration.is_file():
+        return calibration.stem
+    return re.sub(r"[^\w.-]+", "_", str(calibration))
 
 
 def _file_name(stem: str, each: "AbstractFormat") -> str:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from chartless.cli._options import AsJson
+from chartless.cli._options import AsJson, parse_samples
 from chartless.cli._terminal import naming, print_json, print_table, remark
 
 _SHOWN = 24  # parameters; a table has hundreds
@@ -16,7 +16,8 @@ def fit(
     curve: Annotated[
         Path,
         typer.Argument(
-            help="Two columns, irradiance and brightness, each in 0 to 1.", show_default=False
+            help="Two columns, irradiance and brightness, each in 0 to 1; or a name such as srgb.",
+            show_default=False,
         ),
     ],
     model: Annotated[
@@ -38,10 +39,9 @@ def fit(
         chartless fit curve.csv --model gumbel4 -o fit.png
     """
     from chartless.curves.comparison import is_valid
-    from chartless.curves.file import read_samples
     from chartless.curves.fitting import fit as fit_curve
 
-    irradiance, brightness = read_samples(curve)
+    irradiance, brightness = parse_samples(curve)
     with naming(curve):
         found = fit_curve(model, irradiance, brightness)
     errors = [float(each) if math.isfinite(each) else None for each in found.standard_errors]

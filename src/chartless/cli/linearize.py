@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from chartless.cli._options import CALIBRATION_HELP
 from chartless.cli._terminal import naming, progress_bar, remark, remark_foreign, remark_verdict
 from chartless.errors import ParameterError
 
@@ -22,9 +23,7 @@ if TYPE_CHECKING:
 def linearize(
     calibration: Annotated[
         Path,
-        typer.Argument(
-            help="File that calibrate wrote, or a response of another program.", show_default=False
-        ),
+        typer.Argument(help=CALIBRATION_HELP, show_default=False),
     ],
     images: Annotated[
         list[Path],
@@ -64,6 +63,9 @@ def linearize(
         chartless linearize camera.json a.jpg -o linear.exr
         chartless linearize camera.json *.jpg -o linear/ --format tif
         chartless linearize camera.json clip.mp4 -o linear/
+        chartless linearize srgb a.jpg -o linear.exr
+        chartless linearize icc a.jpg -o linear.exr
+        chartless linearize slog3:limited clip.mp4 -o linear/
     """
     from chartless._files import make_folder
     from chartless._numeric.threads import in_order
@@ -72,7 +74,7 @@ def linearize(
     from chartless.images import is_video
 
     images = expanded(images)
-    loaded = load_calibration(calibration)
+    loaded = load_calibration(calibration, pictures=images)
     _require_recorded(images, inverse)
     is_folder = output.is_dir() or not (output.suffix or output.exists())
     if suffix is not None and not is_folder:

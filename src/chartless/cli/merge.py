@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, overload
 import typer
 from typing_extensions import override
 
-from chartless.cli._options import AsJson, parse_times
+from chartless.cli._options import CALIBRATION_HELP, AsJson, parse_times
 from chartless.cli._terminal import print_json, progress_bar, remark, remark_verdict
 from chartless.errors import ParameterError, UnfitFramesError, with_options
 
@@ -32,7 +32,7 @@ def merge(
         typer.Option(
             "--calibration",
             "-c",
-            help="File that calibrate wrote, or a response of another program.",
+            help=CALIBRATION_HELP,
             show_default=False,
         ),
     ],
@@ -77,6 +77,7 @@ def merge(
     Example:
         chartless merge a.jpg b.jpg c.jpg -c camera.json -o scene.exr
         chartless merge a.png b.png c.png -c crf.yml --times 1,1/4,1/16 -o scene.hdr
+        chartless merge a.jpg b.jpg c.jpg -c srgb -o scene.exr
     """
     from chartless._files import require_writable
     from chartless.formats import load_calibration
@@ -89,7 +90,7 @@ def merge(
     stored_type(output, "float")
     require_writable(output)
     _require_different(frames, output, calibration)
-    camera = load_calibration(calibration)
+    camera = load_calibration(calibration, pictures=frames)
     settings = [read_settings(frame) for frame in frames]
     given = None if times is None else _known_times(times)
     bracket = _bracket(frames, settings, given)

@@ -1,4 +1,4 @@
-"""``chartless models``: the catalogue of families."""
+"""``chartless models``: the catalogue of families and of named transfer functions."""
 
 from typing import TYPE_CHECKING
 
@@ -10,20 +10,24 @@ if TYPE_CHECKING:
 
 
 def models(as_json: AsJson = False) -> None:
-    """List the families of response curves and their properties.
+    """List families of response curves, and named calibrations.
 
     A family of order N has N + 1 parameters; its members are named by family and order, such
-    as eegc4 or emor2-monotone.
+    as eegc4 or emor2-monotone. With parameters, gamma:0.45, a member is a name as well. Where a
+    file has the same name, it is taken: names are looked up where there is no such file.
 
     \b
     Example:
         chartless models
         chartless models --json
+        chartless linearize slog3 a.png -o linear.exr
     """
+    from chartless.formats import known_names
     from chartless.models import MODELS, Property
 
     if as_json:
-        print_json({"models": [_as_json(model) for model in MODELS.values()]})
+        listed = [{"name": name, "title": title} for name, title in known_names().items()]
+        print_json({"models": [_as_json(model) for model in MODELS.values()], "named": listed})
         return
     families: dict[str, list[AbstractModel]] = {}
     for model in MODELS.values():
@@ -42,6 +46,8 @@ def models(as_json: AsJson = False) -> None:
     print()
     for each in Property:
         print(f"{each.name.lower():10}  {each.value}")
+    print()
+    print_table(["name", "calibration"], [*map(list, known_names().items())], left=(0, 1))
 
 
 def _as_json(model: "AbstractModel") -> dict[str, object]:

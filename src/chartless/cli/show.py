@@ -5,17 +5,15 @@ from typing import Annotated
 
 import typer
 
-from chartless.cli._options import AsJson, Report, parse_curve
-from chartless.cli._terminal import print_json, print_summary, write_report
+from chartless.cli._options import CALIBRATION_HELP, AsJson, Report, parse_curve
+from chartless.cli._terminal import print_json, print_summary, remark_foreign, write_report
 from chartless.errors import ParameterError
 
 
 def show(
     calibration: Annotated[
         Path,
-        typer.Argument(
-            help="File that calibrate wrote, or a response of another program.", show_default=False
-        ),
+        typer.Argument(help=CALIBRATION_HELP, show_default=False),
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Picture to draw: .png, .svg or .pdf.")
@@ -36,6 +34,7 @@ def show(
         chartless show camera.json
         chartless show camera.json -o camera.png --truth srgb
         chartless show camera.json --report camera.html
+        chartless show slog3 --truth rec709
     """
     from chartless.formats import load_calibration
     from chartless.formats.calibration_file import to_json
@@ -63,6 +62,7 @@ def show(
         print_json(content if errors is None else {**content, "truth": {"rmse": errors}})
         return
     print_summary(loaded, errors)
+    remark_foreign(loaded)
     if output is not None:
         print(f"\npicture written to {output}")
     if report is not None:

@@ -21,7 +21,7 @@ def simulate(
     response: Annotated[
         str,
         typer.Option(
-            help="Response: srgb, linear, MODEL:params such as gamma:0.45, or a CSV file."
+            help="Response: srgb, slog3 …, MODEL:params such as gamma:0.45, or a CSV file."
         ),
     ] = "srgb",
     noise: Annotated[str, typer.Option(help="Noise U,V in 8-bit units.")] = "0.17,0.7",
