@@ -55,6 +55,8 @@ of one picture, for all commands. A profile needs a curve for each channel, as m
 grey profiles have; tables that mix the channels are refused, and so are pictures without a profile.
 Pictures given together need the same curves.
 
+`typical` is [the typical curve of digital cameras](one-picture.md): the only name with a band.
+
 A calibration that is saved (`chartless.save`) holds a table of 4096 levels, which is within 1.3
 steps of 16 bits of the formula.
 """

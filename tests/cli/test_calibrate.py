@@ -63,7 +63,7 @@ def test_one_picture_gets_the_typical_curve(
     assert "no-evidence" in done.err
     assert "give two or more exposures of one scene, or the raw file" in done.err
     assert "  assumed\n" in done.out
-    assert "usable with care: Nothing constrains the curve" in done.out
+    assert "usable with care: The curve is assumed, not measured" in done.out
     assert "typical digital camera" in page.read_text(encoding="utf-8")
     channels = json.loads(file.read_text(encoding="utf-8"))["channels"]
     assert {channel["status"] for channel in channels} == {"assumed"}

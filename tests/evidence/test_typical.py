@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chartless import Calibration, calibrate, named_curve, plan
+from chartless import Calibration, calibrate, load_calibration, named_curve, plan
 from chartless.curves.prior import Population, irradiance_at_edges, population_prior
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.flags import Flag
@@ -46,9 +46,7 @@ def test_it_is_said_to_be_assumed(found: Calibration) -> None:
         assert response.log_evidence == pytest.approx(0.0, abs=1e-6)
     judged = verdict(found.channels)
     assert judged.grade is Grade.CARE
-    assert judged.reasons[0] == (
-        "Nothing constrains the curve: it is that of a typical digital camera."
-    )
+    assert judged.reasons[0].startswith("The curve is assumed, not measured")
 
 
 def test_the_levels_of_the_picture_are_counted(found: Calibration) -> None:
@@ -123,6 +121,19 @@ def _inverse_of(name: str) -> Floats:
     return np.where(
         brightness < 0.081, brightness / 4.5, ((brightness + 0.099) / 1.099) ** (1 / 0.45)
     )
+
+
+def test_the_name_typical_is_the_same_calibration(found: Calibration) -> None:
+    (named,) = load_calibration("typical").channels
+    picture = found.channels[0]
+
+    assert (named.status, named.n_pairs) == (Status.ASSUMED, 0)
+    np.testing.assert_allclose(named.inverse_lut, picture.inverse_lut, atol=1e-12)
+    assert named.inverse_lut_std is not None
+    assert picture.inverse_lut_std is not None
+    np.testing.assert_allclose(named.inverse_lut_std, picture.inverse_lut_std, atol=1e-9)
+    with pytest.raises(ParameterError, match="nothing after its name"):
+        load_calibration("typical:2")
 
 
 # When it is not the answer

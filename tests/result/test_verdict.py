@@ -58,7 +58,7 @@ def test_an_assumed_curve_is_usable_with_care_and_never_good() -> None:
         judged = verdict([response_of(band=band, status=Status.ASSUMED, flags=(Flag.NO_EVIDENCE,))])
 
         assert judged.grade is Grade.CARE
-        assert judged.chief[0].startswith("Nothing constrains the curve")
+        assert judged.chief[0].startswith("The curve is assumed")
         assert f"± {band:.3f}" in judged.brief
 
 

@@ -26,7 +26,7 @@ GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.DISAGREEMENT, Flag.N
 """Flags with which the band does not hold: MISFIT unless all fits are within their limits for that,
 and the others always."""
 
-_TYPICAL = "Nothing constrains the curve: it is that of a typical digital camera."
+_TYPICAL = "The curve is assumed, not measured: its error is that of typical cameras."
 _NO_ERROR = "No error is known for this curve."
 _ASSUMED = "The curve is assumed, not measured: its error for this camera is not known."
 _MOST_CHIEF = 2

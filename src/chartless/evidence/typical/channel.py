@@ -1,21 +1,19 @@
 """Levels of pictures in one channel, which do not constrain the curve."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
 from typing_extensions import override
 
-from chartless.curves import SampledCurve
 from chartless.curves.prior import Population
 from chartless.evidence.base import AbstractCurveEvidence, Judgement
 from chartless.evidence.typical.account import NAME, account_of_levels
-from chartless.evidence.typical.term import ConstantTerm
 from chartless.flags import Flag
 from chartless.inference.block import Values
 from chartless.inference.channel_mode import ChannelMode
+from chartless.inference.constant import ConstantTerm, with_mode
 from chartless.inference.estimate import CurveEstimate
-from chartless.inference.posterior import at_levels
 from chartless.inference.term import AbstractTerm
 from chartless.types import Indices
 
@@ -67,9 +65,5 @@ class Levels(AbstractCurveEvidence):
         del term
         black, white = (float(self.histogram[end] / self.n_pixels) for end in (0, -1))
         account = account_of_levels(black=black, white=white)
-        # The typical curve is that of the mean log slopes. The mean of light is not: where
-        # little is known, next to white, it is drawn up by the steepest curves.
-        curve = SampledCurve.from_inverse(at_levels(found.edges))
-        light = curve.inverse(np.linspace(0.0, 1.0, self.n_levels))
-        typical = replace(estimate, curve=curve, inverse_lut=light)
+        typical = with_mode(estimate, found)
         return Judgement(typical, (Flag.NO_EVIDENCE,), (account,))

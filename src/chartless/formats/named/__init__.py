@@ -14,3 +14,4 @@ from chartless.formats.named._find import named_calibration as named_calibration
 from chartless.formats.named._find import require_name as require_name
 
 from chartless.formats.named import embedded as embedded  # isort: skip
+from chartless.formats.named import typical as typical  # isort: skip
