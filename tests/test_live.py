@@ -135,7 +135,7 @@ def test_a_change_of_gain_ends_what_was_before() -> None:
     live, outcomes = watched([*before, *after])
 
     # The pair of both gains is neither of the one nor of the other.
-    assert outcomes[6:8] == [Outcome.ANEW, Outcome.ANEW]
+    assert outcomes[6:8] == [Outcome.RESTARTED, Outcome.RESTARTED]
     assert outcomes[8:] == [Outcome.USED] * 6
     assert np.array_equal(live.evidence().tables["Y"].counts, counted(after).counts)
     assert live.evidence().sources[0].span == (7, 14)
@@ -150,7 +150,7 @@ def test_another_exposure_or_scene_of_the_same_gain_is_kept(exposure: float, oth
 
     live, outcomes = watched(taken([*[WIDE] * 3, *[second] * 3]))
 
-    assert Outcome.ANEW not in outcomes
+    assert Outcome.RESTARTED not in outcomes
     assert live.n_kept >= 4
 
 

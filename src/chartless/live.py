@@ -55,7 +55,7 @@ class Outcome(Enum):
 
     FIRST = "nothing to compare it with"
     USED = "used"
-    ANEW = "the noise changed, so all before is forgotten"
+    RESTARTED = "the noise changed, so all before is forgotten"
     """The frame was used as the first after a restart."""
     MOVED = "something moved"
     LIGHT_CHANGED = "the light changed"
@@ -64,7 +64,7 @@ class Outcome(Enum):
     @property
     def is_used(self) -> bool:
         """Whether the frame and the one before it were counted."""
-        return self in {Outcome.USED, Outcome.ANEW}
+        return self in {Outcome.USED, Outcome.RESTARTED}
 
 
 class _NoiseLevel(NamedTuple):
@@ -163,12 +163,12 @@ class LiveEvidence:
     @property
     def account(self) -> str:
         """Outcomes of the frames in words; `evidence` raises if none is used."""
-        anew = self.outcomes[Outcome.ANEW]
+        restarts = self.outcomes[Outcome.RESTARTED]
         parts = (
             f"{self.n_frames} frames, {self.n_used} pairs used",
             f"the last {self.n_kept} kept" if self.n_kept < self.n_used else "",
             f"left out: {self._left_out}" if self._left_out and self.n_kept else "",
-            f"restarted {anew} times because the noise changed" if anew else "",
+            f"restarted {restarts} times because the noise changed" if restarts else "",
         )
         return "; ".join(part for part in parts if part)
 
@@ -230,7 +230,7 @@ class LiveEvidence:
         outcome = Outcome.USED
         if self._blocks and noise.differs(self._blocks[0].noise):
             self._blocks.clear()
-            outcome = Outcome.ANEW
+            outcome = Outcome.RESTARTED
         if not self._blocks or len(self._blocks[-1].checks) == self.window // _BLOCKS:
             number = self.n_frames
             self._blocks.append(_Block(number, number + 1, noise, tables, [check]))

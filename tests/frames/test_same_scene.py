@@ -176,7 +176,7 @@ def test_frames_are_compared_in_order_of_brightness() -> None:
     chain = chained([glimpse(levels, 255) for levels in frames])
 
     assert chain.order == (2, 0, 1)
-    assert chain.strangers() is None
+    assert chain.mismatched() is None
     assert chain.displacement(0, 1) == pytest.approx(3, abs=0.3)
     assert chain.displacement(2, 1) == chain.displacement(1, 2) == pytest.approx(7, abs=0.4)
 
@@ -264,7 +264,7 @@ def test_real_brackets_show_one_scene(data_path: Path) -> None:
             pytest.skip("no brackets among the data")
         seen = [glimpse(read_frame(path).levels[..., 1], 255) for path in paths]
         chain = chained(seen)
-        assert chain.strangers() is None, paths[0]
+        assert chain.mismatched() is None, paths[0]
         moved = [chain.displacement(k, k + 1) for k in range(len(paths) - 1)]
         assert max(moved) < 1.5, paths[0]
 

@@ -18,7 +18,7 @@ from chartless.types import Floats
 class StraightSpace(AbstractCurveSpace):
     """Edges that are linear in P coordinates, which have a dense prior."""
 
-    tells_ratio = True
+    uses_ratio = True
 
     def __init__(self, n_inner: int, size: int, seed: int) -> None:
         rng = np.random.default_rng(seed)

@@ -152,7 +152,7 @@ class TestPuppets:
 
 
 def test_what_the_computer_cannot_do_is_told_without_its_paths(tmp_path: Path) -> None:
-    answer = _worker._answer({"task": "look", "folder": str(tmp_path / "gone")}, print)
+    answer = _worker._answer({"task": "inspect", "folder": str(tmp_path / "gone")}, print)
 
     assert "No such file" in answer["failed"]
     assert str(tmp_path) not in answer["failed"]

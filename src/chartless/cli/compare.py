@@ -62,7 +62,7 @@ def compare(
     if output is not None:
         from chartless.plotting import fits_figure, save_figure
 
-        drawn = [each.fits[0] for each in _telling(comparison)]
+        drawn = [each.fits[0] for each in _distinct(comparison)]
         save_figure(fits_figure(*samples[0], drawn, title=curves[0].name), output)
     if as_json:
         print_json(_as_json(comparison))
@@ -101,7 +101,7 @@ def _best(comparison: "Comparison") -> "list[Candidate]":
     return list(families.values())
 
 
-def _telling(comparison: "Comparison") -> "list[Candidate]":
+def _distinct(comparison: "Comparison") -> "list[Candidate]":
     """Return the recommended family, then the best others whose curves differ, valid ones first."""
     ranked = sorted(_best(comparison), key=lambda each: (not each.valid, each.bic))
     chief = comparison.recommended

@@ -87,10 +87,10 @@ def linearize(
     places = {image: place for place, image in enumerate(images)}
     with progress_bar() as progress:
         done = in_order(_tasks(loaded, images, targets, inverse))
-        for number, (image, told) in enumerate(done, start=1):
+        for number, (image, texts) in enumerate(done, start=1):
             if progress is not None:
                 progress(f"{image.name} {number}", places[image] / len(images))
-            remarks |= dict.fromkeys(f"{image}: {each}" for each in told)
+            remarks |= dict.fromkeys(f"{image}: {each}" for each in texts)
     remark_foreign(loaded)
     remark_verdict(calibration, loaded)
     for each in remarks:

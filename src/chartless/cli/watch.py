@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from chartless.live import LiveEvidence
     from chartless.result.calibration import Calibration
 
-_REDRAWN, _SAID = 0.2, 1.0  # seconds between pictures and between lines
+_REDRAWN, _REPRINTED = 0.2, 1.0  # seconds between pictures and between lines
 _WIDEST, _HIGHEST, _LEAST_HIGH = 100, 22, 5  # of the drawing, in characters
 _OTHER_LINES = 10  # of the screen, besides drawing and channels
 
@@ -165,11 +165,11 @@ def _shown(device: Path, live: "LiveEvidence", until: float) -> Iterator[_Show]:
     start = time.monotonic()
     if not sys.stderr.isatty():
 
-        def say(estimate: _Estimate) -> None:
+        def print_line(estimate: _Estimate) -> None:
             seconds = time.monotonic() - start
             remark(f"{seconds:.0f} s: {live.account}; {estimate.text}")
 
-        yield _at_most_every(_SAID, say)
+        yield _at_most_every(_REPRINTED, print_line)
         return
     from rich.console import Console
     from rich.live import Live

@@ -42,7 +42,7 @@ class AbstractCurveSpace(ABC):
     """Inverse covariance of the prior, shape (P, P)."""
     log_precision: float
     """Logarithm of the determinant of `precision`."""
-    tells_ratio: ClassVar[bool]
+    uses_ratio: ClassVar[bool]
     """Whether the information of pairs on the ratio u/v is used. What a family cannot follow in a
     curve it makes good by a wrong ratio."""
 
@@ -93,7 +93,7 @@ def in_coordinates(information: Floats, n_inner: int, pull: Callable[[Floats], F
 class FreeCurve(AbstractCurveSpace):
     """Any increasing curve: its coordinates are the log slopes of g in each level."""
 
-    tells_ratio = True
+    uses_ratio = True
 
     def __init__(self, prior: CurvePrior) -> None:
         self.mean = prior.mean
@@ -143,7 +143,7 @@ def free_curve_with_shoulder(n_levels: int, population: Population = Population.
 class FamilyCurve(AbstractCurveSpace):
     """Members of a family, in whitened parameters: standard normal over measured cameras."""
 
-    tells_ratio = False
+    uses_ratio = False
 
     def __init__(self, model: AbstractModel, n_levels: int) -> None:
         self.model = model

@@ -77,7 +77,7 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
     shoulders."""
 
     @property
-    def tells_exponent(self) -> bool:
+    def determines_exponent(self) -> bool:
         """Whether the evidence distinguishes a curve f from its powers f^γ."""
         return True
 

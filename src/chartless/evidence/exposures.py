@@ -61,10 +61,10 @@ class Exposures:
 
     def __str__(self) -> str:
         """Return text such as "a bracket of 3 exposures, 1 to 16 by EXIF"."""
-        told = f"a bracket of {len(self.groups)} exposures"
+        text = f"a bracket of {len(self.groups)} exposures"
         if self.log_exposures is None:
-            return f"{told}, their ratios unknown"
-        return f"{told}, 1 to {math.exp(np.ptp(self.log_exposures)):.4g} by {self.source}"
+            return f"{text}, their ratios unknown"
+        return f"{text}, 1 to {math.exp(np.ptp(self.log_exposures)):.4g} by {self.source}"
 
     @property
     def repeated(self) -> Groups:

@@ -52,11 +52,11 @@ class Reader:
         places = count(1)
 
         def on_part(_: object) -> None:
-            self.tell(stage, min(next(places), n_parts) / n_parts)
+            self.report(stage, min(next(places), n_parts) / n_parts)
 
         return on_part
 
-    def tell(self, stage: str, share: float) -> None:
+    def report(self, stage: str, share: float) -> None:
         """Report how much of the work is done."""
         if self.progress is not None:
             self.progress(stage, share)

@@ -99,12 +99,12 @@ def examples_figure(dorf: Dorf, tables: list[FitTable], rows: list[int]) -> Figu
     """Fig. 3: the curves that the exact AMEEGC fits best, middling and worst."""
     (exact,) = _of_family("ameegc-exact", tables)
     distinct = set(dorf.distinct)
-    telling = [
+    eligible = [
         place
         for place, row in enumerate(rows)
         if row in distinct and dorf.kinds[row] != "gamma"  # which it contains
     ] or range(len(rows))
-    ranked = sorted(telling, key=lambda place: float(exact.rmse[place]))
+    ranked = sorted(eligible, key=lambda place: float(exact.rmse[place]))
     figure = Figure(figsize=(11, 5.5), layout="constrained")
     panels = figure.subplots(2, 3, height_ratios=(3, 1), sharey="row")
     chosen = {"good": ranked[0], "middling": ranked[len(ranked) // 2], "bad": ranked[-1]}

@@ -211,8 +211,8 @@ def _decoded(found: AbstractFormat, source: Source) -> Calibration:
     if not recorded or recorded.startswith(f"{Grade.GOOD.value}:"):
         return calibration
     known = calibration.provenance
-    told = f"{source.path}: chartless wrote it with the verdict {recorded}"
-    return replace(calibration, provenance={**known, "remarks": [*known["remarks"], told]})
+    remark = f"{source.path}: chartless wrote it with the verdict {recorded}"
+    return replace(calibration, provenance={**known, "remarks": [*known["remarks"], remark]})
 
 
 def _is_own(source: Source) -> bool:

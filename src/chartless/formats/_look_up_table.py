@@ -62,14 +62,14 @@ class AbstractLookUpTable(AbstractFormat):
         ends = np.array([np.broadcast_to(each, n_channels) for each in domain])
         if np.array_equal(ends, [[0] * n_channels, [1] * n_channels]):
             return calibration_of(table, source, self.name)
-        told = " … ".join(" ".join(f"{each:g}" for each in end) for end in ends)
+        interval = " … ".join(" ".join(f"{each:g}" for each in end) for end in ends)
         if not (np.abs(ends).max() <= _WIDEST and np.all(ends[0] < ends[1])):
-            msg = f"its domain {told} is no range of brightness"
+            msg = f"its domain {interval} is no range of brightness"
             raise ValueError(msg)
         brightness = np.linspace(0, 1, max(_RESAMPLED, len(table)))
         columns = [
             np.interp(brightness, np.linspace(first, last, len(table)), column)
             for first, last, column in zip(*ends, table.T, strict=True)
         ]
-        remark = f"of its domain {told} the part 0 … 1 was read, at {len(brightness)} levels"
+        remark = f"of its domain {interval} the part 0 … 1 was read, at {len(brightness)} levels"
         return calibration_of(np.column_stack(columns), source, self.name, remarks=[remark])

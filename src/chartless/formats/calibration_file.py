@@ -254,14 +254,14 @@ def _response(content: JsonObject, entry: JsonObject) -> Response:
         raise ValueError(msg)
     name, curve = str(entry["name"]), _curve(content["model"], entry["parameters"], inverse_lut)
     if content["version"] == 1:
-        told = (each.from_version_1(entry, name, curve, n_levels) for each in KINDS.values())
-        accounts = tuple(account for account in told if account is not None)
+        restored = (each.from_version_1(entry, name, curve, n_levels) for each in KINDS.values())
+        accounts = tuple(account for account in restored if account is not None)
     else:
         accounts = tuple(_account(each, n_levels) for each in entry["accounts"])
     return Response(
         name=name,
         curve=curve,
-        noise=_maybe(noise, lambda told: AffineNoise(float(told["u"]), float(told["v"]))),
+        noise=_maybe(noise, lambda values: AffineNoise(float(values["u"]), float(values["v"]))),
         n_levels=n_levels,
         observed_levels=(low, high),
         n_pairs=int(entry["pairs"]),

@@ -113,8 +113,8 @@ def _local(node: ET.Element) -> str:
 
 def _table(dimensions: list[int], numbers: str) -> Floats:
     if len(dimensions) != 2 or not 0 < dimensions[0] <= MOST_LEVELS or dimensions[1] not in (1, 3):  # noqa: PLR2004
-        told = " ".join(map(str, dimensions))[:40]
-        msg = f"its array is of {told or 'no size'}, not of up to {MOST_LEVELS} entries by 1 or 3"
+        size = " ".join(map(str, dimensions))[:40]
+        msg = f"its array is of {size or 'no size'}, not of up to {MOST_LEVELS} entries by 1 or 3"
         raise ValueError(msg)
     wanted = dimensions[0] * dimensions[1]
     words = numbers.split(maxsplit=wanted)

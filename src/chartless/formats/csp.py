@@ -38,8 +38,8 @@ class Csp(AbstractLookUpTable):
 
     @override
     def text_of(self, table: Floats, note: str) -> str:
-        told = "\n".join(filter(None, ["Camera response: brightness to light", note]))
-        notes = f"BEGIN METADATA\n{told}\nEND METADATA\n"
+        text = "\n".join(filter(None, ["Camera response: brightness to light", note]))
+        notes = f"BEGIN METADATA\n{text}\nEND METADATA\n"
         head = f"{_MARK}\n1D\n\n{notes}\n{_UNIT * _N_CHANNELS}\n{len(table)}\n"
         return f"{head}{rows_of(in_colour(table))}\n"
 

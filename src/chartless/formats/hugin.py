@@ -162,8 +162,8 @@ def _as_applied(nodes: Floats) -> SampledCurve:
 def _differing(curves: Floats) -> list[str]:
     """How channels differ, if they do."""
     most = np.abs(curves - curves.mean(axis=0)).max()
-    told = f"that channels differ from their mean, by up to {most:.4f} of brightness"
-    return [told] if most > _SEEN else []
+    loss = f"that channels differ from their mean, by up to {most:.4f} of brightness"
+    return [loss] if most > _SEEN else []
 
 
 def _residual(wanted: Floats, nodes: Floats) -> str:
@@ -263,11 +263,13 @@ def _number(name: str, text: str) -> float:
 
 def _ignored(lines: list[str]) -> list[str]:
     """What else the project records of a picture's light, if anything."""
-    told = {
+    recorded = {
         name
         for line in lines
         for name, text in _OTHER.findall(line)
         if _number(name, text) != _DEFAULTS[name]
     }
-    shown = ", ".join(name for name in _DEFAULTS if name in told)
-    return [f"exposure, white balance and vignetting ({shown}) are no part of it"] if told else []
+    shown = ", ".join(name for name in _DEFAULTS if name in recorded)
+    return (
+        [f"exposure, white balance and vignetting ({shown}) are no part of it"] if recorded else []
+    )

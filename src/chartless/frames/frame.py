@@ -34,8 +34,8 @@ class CameraSettings:
             (self.f_number, "f/{:g}"),
             (self.iso, "ISO {:g}"),
         )
-        told = ", ".join(text.format(value) for value, text in known if value is not None)
-        return told or "nothing"
+        settings = ", ".join(text.format(value) for value, text in known if value is not None)
+        return settings or "nothing"
 
 
 @dataclass(frozen=True, slots=True)

@@ -179,7 +179,7 @@ class SceneChain:
     radius: float
     """Radius of the frames, as of a `Glimpse`."""
 
-    def strangers(self) -> tuple[int, int] | None:
+    def mismatched(self) -> tuple[int, int] | None:
         """Numbers of two frames that show different scenes, the lower first; None if all agree."""
         for pair, match in zip(pairwise(self.order), self.matches, strict=True):
             if not match.one_scene:

@@ -112,7 +112,7 @@ def integrated(
     fine = np.concatenate([*pieces, log_ratios[-1:]])
     evidence = pchip(log_ratios, evidence, fine)
     for each in others:
-        evidence += _told_of_ratio(each, share, fine)
+        evidence += _ratio_likelihood(each, share, fine)
     share_of_mode = np.stack([np.interp(fine, log_ratios, one) for one in np.eye(len(modes))])
     # Between modes the warp of each neighbour is nearly right: interpolate the two.
     curves = np.zeros((fine.size, modes[top].edges.size + 1))
@@ -189,7 +189,7 @@ def _spread(values: Floats, weights: Floats) -> Floats:
     return np.asarray((away * weights[:, np.newaxis]).T @ away)
 
 
-def _told_of_ratio(modes: Sequence[ChannelMode], share: float, log_ratios: Floats) -> Floats:
+def _ratio_likelihood(modes: Sequence[ChannelMode], share: float, log_ratios: Floats) -> Floats:
     """Log-likelihood of the ratio from a channel's pairs, constant beyond its modes.
 
     Priors are left out: curves of one camera are alike, and each would count its own
@@ -198,11 +198,11 @@ def _told_of_ratio(modes: Sequence[ChannelMode], share: float, log_ratios: Float
     if len(modes) == 1:
         return np.zeros(log_ratios.size)
     known = np.log([found.ratio for found in modes])
-    told = np.array(
+    log_likelihood = np.array(
         [share * sum(fit.log_likelihood() - fit.firm for fit in found.mode.fits) for found in modes]
     )
     within = np.clip(log_ratios, known[0], known[-1])
-    return np.asarray(pchip(known, told - told.max(), within))
+    return np.asarray(pchip(known, log_likelihood - log_likelihood.max(), within))
 
 
 def at_levels(edges: Floats) -> Floats:

@@ -121,7 +121,7 @@ def maximise(
         if settled:  # the information has hardly changed since
             break
         damping = max(damping / 8, 1e-9)
-    information = unknowns.believed(whole)
+    information = unknowns.discounted(whole)
     factor = cholesky(information, lower=True, check_finite=False)
     log_precision = 0.5 * sum(space.log_precision for space in unknowns.spaces.values())
     return Mode(
@@ -251,7 +251,7 @@ class _Unknowns:
             share[self.places[name]] = 1 / n_readers
         return share
 
-    def believed(self, information: Floats) -> Floats:
+    def discounted(self, information: Floats) -> Floats:
         r"""Precision of all unknowns, from the sum of all information.
 
         If t are the shared and held unknowns, with the prior precision Λ, and c the
@@ -269,14 +269,14 @@ class _Unknowns:
         with_rest = information[np.ix_(rest, doubted)]
         chosen = cho_factor(information[np.ix_(rest, rest)], lower=True)
         followed = with_rest.T @ cho_solve(chosen, with_rest)
-        told = information[square] - self.prior_precision[square] - followed
-        values, vectors = np.linalg.eigh(told)
-        told = (vectors * np.maximum(values, 0.0)) @ vectors.T  # rounding
+        gained = information[square] - self.prior_precision[square] - followed
+        values, vectors = np.linalg.eigh(gained)
+        gained = (vectors * np.maximum(values, 0.0)) @ vectors.T  # rounding
         of_one = np.sqrt(np.outer(share, share))[square]
         counted = np.where(self.held, 0.0, 1.0)[doubted]
         precision = information.copy()
-        told *= np.outer(counted, counted)
-        precision[square] = (self.prior_precision[square] + told) * of_one + followed
+        gained *= np.outer(counted, counted)
+        precision[square] = (self.prior_precision[square] + gained) * of_one + followed
         return precision
 
     def edges(self, values: Values) -> dict[str, Floats]:

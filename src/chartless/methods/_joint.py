@@ -106,7 +106,7 @@ def _begun(parts: Parts, space: AbstractCurveSpace, prior: CurvePrior) -> Values
         for guess in guesses:
             for name, value in guess.values.items():
                 shared.setdefault(name, []).append(value)
-    return {**values, **{name: np.mean(told, axis=0) for name, told in shared.items()}}
+    return {**values, **{name: np.mean(rows, axis=0) for name, rows in shared.items()}}
 
 
 def _modes(

@@ -183,10 +183,10 @@ class LikelihoodSearch(AbstractCalibrator):
             others = [each.modes for each in found if self.shared_noise and each is not own]
             posterior = integrated(own.modes, own.space, own.share, others=others)
             estimate = CurveEstimate.of(posterior, own.space)
-            told = judged_alone(estimate, posterior, own.space, evidence[LevelPairs].still)
+            judgement = judged_alone(estimate, posterior, own.space, evidence[LevelPairs].still)
             noise = _Noise.of(posterior.log_noise, posterior.log_noise_covariance)
             best = posterior.best.mode
-            responses.append(self._response(evidence, told, noise, best, settled=own.settled))
+            responses.append(self._response(evidence, judgement, noise, best, settled=own.settled))
         return tuple(responses)
 
     def ridge(self, pairs: LevelPairs, progress: ChannelProgress | None = None) -> Ridge:
@@ -235,30 +235,32 @@ class LikelihoodSearch(AbstractCalibrator):
             aside = self._free._searched(_parts_of(channels))  # noqa: SLF001 - of this class
         if channels[0].get(LevelPairs) is not None:
             with_pairs = self._searched(search.parts, self._pairs_of(channels))
-        exponent_known = any(part.tells_exponent for part in channels[0].of_curve)
+        exponent_known = any(part.determines_exponent for part in channels[0].of_curve)
         responses = []
         for each in channels:
             channel = each.channel
-            told = _judged(channel, search.parts, search.last, any_curve)
+            judgement = _judged(channel, search.parts, search.last, any_curve)
             shown = [_judged(channel, parts, single, None).estimate for parts, single in singles]
-            told = _both(told, _disagreement(told.estimate, shown))
+            judgement = _both(judgement, _disagreement(judgement.estimate, shown))
             if shown:
-                told = told._replace(accounts=_shared(told.accounts, channel, search))
+                judgement = judgement._replace(
+                    accounts=_shared(judgement.accounts, channel, search)
+                )
             elif len(each.parts) > 1 and exponent_known:  # the others add nothing
-                sole = tuple(replace(account, share=1.0) for account in told.accounts)
-                told = told._replace(accounts=sole)
+                sole = tuple(replace(account, share=1.0) for account in judgement.accounts)
+                judgement = judgement._replace(accounts=sole)
             if aside is not None:
-                told = _told_aside(each, search.parts[channel], told, aside)
+                judgement = _with_unused(each, search.parts[channel], judgement, aside)
             noise, settled = _Noise.at(search.last.found[channel]), search.settled(channel)
             if with_pairs is not None:
                 joint = with_pairs.found[channel]
                 (fit,) = (fit for fit in joint.mode.fits if isinstance(fit, PairFit))
-                of_noise = judged_beside(told.estimate, each[LevelPairs].still, fit)
-                told = _both(told, _idle(of_noise) if exponent_known else of_noise)
-                noise = _Noise.at(joint).beside(told.estimate, joint)
+                of_noise = judged_beside(judgement.estimate, each[LevelPairs].still, fit)
+                judgement = _both(judgement, _idle(of_noise) if exponent_known else of_noise)
+                noise = _Noise.at(joint).beside(judgement.estimate, joint)
                 settled = settled and joint.mode.settled
             mode = search.first.found[channel].mode
-            responses.append(self._response(each, told, noise, mode, settled=settled))
+            responses.append(self._response(each, judgement, noise, mode, settled=settled))
         return tuple(responses)
 
     def _singles(self, parts: Parts) -> list[tuple[Parts, Searched]]:
@@ -274,9 +276,9 @@ class LikelihoodSearch(AbstractCalibrator):
     def _settled(self, channels: Sequence[ChannelEvidence]) -> "_Search":
         """Search the curves, after a first search if exposures are not known."""
         parts = _parts_of(channels)
-        exponent_known = any(part.tells_exponent for part in channels[0].of_curve)
+        exponent_known = any(part.determines_exponent for part in channels[0].of_curve)
         if exponent_known:
-            parts = {name: _telling_exponent(own) for name, own in parts.items()}
+            parts = {name: _determining_exponent(own) for name, own in parts.items()}
         if all(part.is_settled for own in parts.values() for part in own):
             only = self._searched(parts)
             return _Search(parts, only, only)
@@ -340,13 +342,13 @@ class LikelihoodSearch(AbstractCalibrator):
     def _response(
         self,
         evidence: ChannelEvidence,
-        told: Judgement,
+        judgement: Judgement,
         noise: "_Noise",
         mode: Mode,
         *,
         settled: bool,
     ) -> Response:
-        estimate = told.estimate
+        estimate = judgement.estimate
         comparable = all(part.compares_families for part in evidence.of_curve)
         lowest, highest = zip(*(part.observed_levels for part in evidence.parts), strict=True)
         response = Response(
@@ -364,13 +366,13 @@ class LikelihoodSearch(AbstractCalibrator):
             shape_std=estimate.shape_std,
             white_std=estimate.white_std,
             parameter_covariance=estimate.parameter_covariance,
-            accounts=told.accounts,
+            accounts=judgement.accounts,
         )
         doubts = (
             (Flag.SEARCH_UNFINISHED, not settled),
             (Flag.NOT_MONOTONE, bool(np.any(np.diff(response.response_lut) < 0))),
         )
-        return response.with_flags(*told.flags, *(flag for flag, holds in doubts if holds))
+        return response.with_flags(*judgement.flags, *(flag for flag, holds in doubts if holds))
 
     def _prior(self, n_levels: int, population: Population = Population.DORF) -> CurvePrior:
         return self.prior or population_prior(population, n_levels)
@@ -429,20 +431,20 @@ class _Noise(NamedTuple):
         return self._replace(value=value)
 
 
-def _telling_exponent(parts: Sequence[AbstractCurveEvidence]) -> list[AbstractCurveEvidence]:
+def _determining_exponent(parts: Sequence[AbstractCurveEvidence]) -> list[AbstractCurveEvidence]:
     """Parts that distinguish f from f^γ.
 
     Others would do harm beside these: JPEG brackets of unknown exposures raised the
     error of the shape from two raw shots from 0.0033 to 0.0054 (benchmarks/together.py,
     eight cases, median).
     """
-    return [part for part in parts if part.tells_exponent]
+    return [part for part in parts if part.determines_exponent]
 
 
-def _told_aside(
+def _with_unused(
     evidence: ChannelEvidence,
     used: Sequence[AbstractCurveEvidence],
-    told: Judgement,
+    judgement: Judgement,
     everything: Searched,
 ) -> Judgement:
     """Add results of parts that did not contribute to the curve, such as exposures."""
@@ -451,14 +453,16 @@ def _told_aside(
     kinds = {part.kind for part in used}
     for part, term in zip(evidence.of_curve, everything.terms[channel], strict=True):
         if part.kind not in kinds:
-            aside = part.judged(told.estimate, found, term)
-            told = _both(told, _idle(aside._replace(estimate=told.estimate)))
-    return told
+            aside = part.judged(judgement.estimate, found, term)
+            judgement = _both(judgement, _idle(aside._replace(estimate=judgement.estimate)))
+    return judgement
 
 
-def _idle(told: Judgement) -> Judgement:
+def _idle(judgement: Judgement) -> Judgement:
     """Judgement of evidence that did not contribute to the curve."""
-    return told._replace(accounts=tuple(replace(each, share=0.0) for each in told.accounts))
+    return judgement._replace(
+        accounts=tuple(replace(each, share=0.0) for each in judgement.accounts)
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -487,15 +491,17 @@ def _judged(channel: str, parts: Parts, result: Searched, any_curve: Searched | 
     """
     found = result.found[channel]
     estimate = CurveEstimate.of(at_mode(found, result.space, skewed=True), result.space)
-    told = Judgement(estimate, (), ())
+    judgement = Judgement(estimate, (), ())
     if any_curve is not None:
-        told = _missed(estimate, at_mode(any_curve.found[channel], any_curve.space, skewed=True))
-    bare, widened = told.estimate, []
+        judgement = _missed(
+            estimate, at_mode(any_curve.found[channel], any_curve.space, skewed=True)
+        )
+    bare, widened = judgement.estimate, []
     for part, term in zip(parts[channel], result.terms[channel], strict=True):
         own = part.judged(bare, found, term)
         widened.append(own.estimate)
-        told = _both(told, own)
-    return told._replace(estimate=with_mean_bands(widened))
+        judgement = _both(judgement, own)
+    return judgement._replace(estimate=with_mean_bands(widened))
 
 
 def _shared(accounts: Sequence[Account], channel: str, search: "_Search") -> tuple[Account, ...]:
@@ -508,8 +514,8 @@ def _shared(accounts: Sequence[Account], channel: str, search: "_Search") -> tup
         for part, term in zip(parts, result.terms[owner], strict=True)
         if curve_name(owner) in mode.edges
     }
-    told = shares(mode, [*terms.values()], dict.fromkeys(mode.edges, result.space))[name]
-    share = dict(zip(terms, told.tolist(), strict=True))
+    by_term = shares(mode, [*terms.values()], dict.fromkeys(mode.edges, result.space))[name]
+    share = dict(zip(terms, by_term.tolist(), strict=True))
     return tuple(replace(each, share=share[channel, each.kind]) for each in accounts)
 
 

@@ -98,7 +98,7 @@ def _neighbours(counts: ExposureCounts) -> list[_Pair]:
 def _fitted(pairs: list[_Pair], order: int, *, refine: bool) -> tuple[Floats, float, bool]:
     """Coefficients c_0 … c_N, their squared error and whether the ratios converged."""
     ratios = np.array([pair.ratio for pair in pairs])
-    said = np.log(ratios)
+    log_ratios = np.log(ratios)
     powers = [
         [np.vander(side, order + 1, increasing=True) for side in (pair.longer, pair.shorter)]
         for pair in pairs
@@ -132,7 +132,7 @@ def _fitted(pairs: list[_Pair], order: int, *, refine: bool) -> tuple[Floats, fl
                     (bright / np.where(lit, dark, 1))[lit], weights=pairs[place].weight[lit]
                 )
         # Otherwise the rounds drift along the powers.
-        ratios **= said.sum() / np.log(ratios).sum()
+        ratios **= log_ratios.sum() / np.log(ratios).sum()
     return coefficients, error, settled
 
 

@@ -126,13 +126,13 @@ def _frames_of(source: JsonObject) -> int:
 
 def _details(calibration: Calibration, flag: Flag, names: Sequence[str]) -> tuple[str, ...]:
     """What accounts say of a flag, each text once."""
-    said: dict[str, list[str]] = {}
+    owners: dict[str, list[str]] = {}
     for name in names:
         for account in calibration.channel(name).accounts:
             if account.details.get(flag.code):
-                said.setdefault(account.details[flag.code], []).append(name)
+                owners.setdefault(account.details[flag.code], []).append(name)
     everywhere = len(calibration.channels)
     return tuple(
         text if len(where) in (everywhere, len(names)) else f"{', '.join(where)}: {text}"
-        for text, where in said.items()
+        for text, where in owners.items()
     )

@@ -37,8 +37,8 @@ def check_family(model: AbstractModel, parameters: Floats | None = None) -> None
     again = model.response(model.inverse(brightness, x), x)
     assert np.abs(again - brightness).max() < _INVERSE, f"{name}: f(g(b)) is not b"
     slope = (model.response(_GRID + _STEP, x) - model.response(_GRID - _STEP, x)) / (2 * _STEP)
-    told = model.derivative(_GRID, x)
-    assert _is_near(told, slope), f"{name}: derivative is not that of response"
+    given = model.derivative(_GRID, x)
+    assert _is_near(given, slope), f"{name}: derivative is not that of response"
     gradient = model.gradient(_GRID, x)
     assert gradient.shape == (_GRID.size, x.size), f"{name}: gradient should have shape (N, P)"
     for place, parameter in enumerate(model.parameter_names):
@@ -55,7 +55,7 @@ def check_family(model: AbstractModel, parameters: Floats | None = None) -> None
         assert np.all(within), f"{name}: claims to stay in [0, 1]"
 
 
-def _is_near(told: Floats, seen: Floats) -> bool:
+def _is_near(given: Floats, seen: Floats) -> bool:
     """Whether derivatives agree but for kinks, where differences see the mean of two slopes."""
     scale = np.abs(seen).max() + 1e-6
-    return bool(np.median(np.abs(told - seen)) < 1e-4 * scale)
+    return bool(np.median(np.abs(given - seen)) < 1e-4 * scale)

@@ -184,9 +184,9 @@ def _places(gradient: Floats) -> list[int]:
     return sorted({*steepest.tolist(), *between.astype(int).tolist()})
 
 
-def _check_slope(told: float, seen: float, all_of_them: Floats, what: str) -> None:
+def _check_slope(given: float, seen: float, all_of_them: Floats, what: str) -> None:
     scale = max(abs(seen), float(np.sqrt(np.mean(all_of_them**2))), 1e-6)
-    assert abs(told - seen) <= _FAR * scale, f"{what} is {told:.6g}, by differences {seen:.6g}"
+    assert abs(given - seen) <= _FAR * scale, f"{what} is {given:.6g}, by differences {seen:.6g}"
 
 
 def _check_account(kind: AbstractKind[Any, Any], response: Response) -> None:

@@ -27,14 +27,14 @@ from chartless.result.verdict import verdict
 from chartless.types import JsonObject
 from chartless.workflow import calibrate
 
-Say = Callable[[JsonObject], None]
+Send = Callable[[JsonObject], None]
 """Called with how far a task is: ``stage`` and ``share``, 0 … 1."""
 
 _INTERVAL = 0.1  # seconds between two reports of progress
 _RESULTS = Path("..")  # of a camera, beside the folder of what it is made from
 
 
-def _look(task: JsonObject, _: Say) -> JsonObject:
+def _inspect(task: JsonObject, _: Send) -> JsonObject:
     """Whether a file is a picture, raw, video or calibration, and the size of a picture.
 
     Raises
@@ -63,26 +63,26 @@ def _look(task: JsonObject, _: Say) -> JsonObject:
     return {"kind": "picture", "pixels": (width, height)}
 
 
-def _calibrate(task: JsonObject, say: Say) -> JsonObject:
+def _calibrate(task: JsonObject, send: Send) -> JsonObject:
     """Make a calibration, its file and its report."""
-    calibration = calibrate(progress=_Progress(say), **task["arguments"])
-    return _kept(calibration, example_frame(calibration), say)
+    calibration = calibrate(progress=_Progress(send), **task["arguments"])
+    return _kept(calibration, example_frame(calibration), send)
 
 
-def _import(task: JsonObject, say: Say) -> JsonObject:
+def _import(task: JsonObject, send: Send) -> JsonObject:
     """Take in a calibration that somebody else made, as if it was made here."""
     # It may name any other file: a frame is shown of our own alone.
-    return _kept(load_calibration(Path(task["file"])), None, say)
+    return _kept(load_calibration(Path(task["file"])), None, send)
 
 
-def _kept(calibration: Calibration, frame: Frame | None, say: Say) -> JsonObject:
+def _kept(calibration: Calibration, frame: Frame | None, send: Send) -> JsonObject:
     save(calibration, _RESULTS / "camera.json")
-    say({"stage": "drawing the report", "share": 1.0})
+    send({"stage": "drawing the report", "share": 1.0})
     save_report(calibration, _RESULTS / "report.html", frame)
     return {"grade": verdict(calibration.channels).grade.name.lower()}
 
 
-def _export(task: JsonObject, _: Say) -> JsonObject:
+def _export(task: JsonObject, _: Send) -> JsonObject:
     """Write the file of another program, of several a ZIP archive; its name and what was lost."""
     name, size = task["format"], task["size"]
     target = Path(f"camera{FORMATS[name].suffix}")
@@ -96,15 +96,15 @@ def _export(task: JsonObject, _: Say) -> JsonObject:
     return {"file": target.name, "lost": lost}
 
 
-def _compare(task: JsonObject, _: Say) -> JsonObject:
+def _compare(task: JsonObject, _: Send) -> JsonObject:
     """Write curves of several cameras in one figure, as a part of a page."""
     part = comparison([(title, load(path)) for title, path in task["cameras"]])
     Path(task["file"]).write_text(part, encoding="utf-8")
     return {}
 
 
-TASKS: dict[str, Callable[[JsonObject, Say], JsonObject]] = {
-    "look": _look,
+TASKS: dict[str, Callable[[JsonObject, Send], JsonObject]] = {
+    "inspect": _inspect,
     "calibrate": _calibrate,
     "import": _import,
     "export": _export,
@@ -115,12 +115,12 @@ TASKS: dict[str, Callable[[JsonObject, Say], JsonObject]] = {
 class _Progress:
     """Says how far a calibration is, but not too often."""
 
-    def __init__(self, say: Say) -> None:
-        self._say = say
+    def __init__(self, send: Send) -> None:
+        self._send = send
         self._stage, self._said = "", 0.0
 
     def __call__(self, stage: str, share: float) -> None:
         now = time.monotonic()
         if stage != self._stage or now - self._said > _INTERVAL:
             self._stage, self._said = stage, now
-            self._say({"stage": stage, "share": round(share, 3)})
+            self._send({"stage": stage, "share": round(share, 3)})

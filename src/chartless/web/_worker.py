@@ -20,7 +20,7 @@ from chartless.errors import ChartlessError, with_options
 
 if TYPE_CHECKING:
     from chartless.types import JsonObject
-    from chartless.web._tasks import Say
+    from chartless.web._tasks import Send
 
 _LONGEST = 1000  # characters of what failed
 
@@ -30,7 +30,7 @@ def main(most_bytes: int, n_processes: int) -> None:
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", buffering=1)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what libraries print is no answer
 
-    def say(answer: "JsonObject") -> None:
+    def send(answer: "JsonObject") -> None:
         answers.write(json.dumps(answer) + "\n")
 
     _limit_memory(most_bytes, n_processes)
@@ -39,7 +39,7 @@ def main(most_bytes: int, n_processes: int) -> None:
     import chartless.web._tasks  # noqa: F401 - before there is one
 
     while True:
-        say(_answer(json.loads(lines.get()), say))
+        send(_answer(json.loads(lines.get()), send))
 
 
 def _listen(lines: "SimpleQueue[str]") -> None:
@@ -48,12 +48,12 @@ def _listen(lines: "SimpleQueue[str]") -> None:
     os._exit(0)
 
 
-def _answer(task: "JsonObject", say: "Say") -> "JsonObject":
+def _answer(task: "JsonObject", send: "Send") -> "JsonObject":
     from chartless.web._tasks import TASKS
 
     try:
         with contextlib.chdir(task["folder"]):
-            return {"done": TASKS[task["task"]](task, say)}
+            return {"done": TASKS[task["task"]](task, send)}
     except ChartlessError as error:
         return {"failed": _line(with_options(str(error)))}
     except MemoryError:

@@ -165,7 +165,7 @@ class Workspace:
         self._arriving[name] = 0
         try:
             await self._write(path, chunks)
-            seen = await self._look(name)
+            seen = await self._inspect(name)
             if seen["kind"] == "calibration":
                 return self._imported(path)
         except BaseException:
@@ -178,9 +178,9 @@ class Workspace:
         self.uploads[added.id] = added
         return added
 
-    async def _look(self, name: str) -> JsonObject:
+    async def _inspect(self, name: str) -> JsonObject:
         task = {
-            "task": "look",
+            "task": "inspect",
             "folder": str(self.files),
             "file": name,
             "most_pixels": self.limits.pixels,

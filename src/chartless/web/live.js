@@ -2,14 +2,14 @@
 
 const find = (id) => document.getElementById(id);
 
-export function setUpLive({ ask, tell, attempt, redraw, saved }) {
+export function setUpLive({ ask, showMessage, attempt, redraw, saved }) {
   const live = { running: false, leave };
   let stream = null;
   let place = ""; // of this view on the server
 
   async function start() {
     leave();
-    tell("");
+    showMessage("");
     find("live-start").disabled = true;
     try {
       await open();

@@ -5,7 +5,7 @@ import { setUpLive } from "./live.js";
 const find = (id) => document.getElementById(id);
 const POLL = 300; // milliseconds between two looks at work that goes on
 const UNTIL_SAVED = 60_000; // milliseconds for which a browser may still read a download
-const MOST_TOLD = 5; // files that were refused
+const MOST_REFUSED = 5; // files that were refused
 const MARKS = { good: "✓", care: "!", distrust: "✕" };
 const GRADES = { good: "good", care: "usable with care", distrust: "do not trust" };
 
@@ -42,7 +42,7 @@ async function reason(answer) {
   }
 }
 
-function tell(text) {
+function showMessage(text) {
   find("message").hidden = !text;
   find("message").textContent = text;
 }
@@ -52,7 +52,7 @@ function attempt(action) {
     try {
       await action(...given);
     } catch (error) {
-      tell(error.message);
+      showMessage(error.message);
     }
   };
 }
@@ -186,7 +186,7 @@ function show(id) {
 
 function turn(id) {
   shown = id;
-  tell("");
+  showMessage("");
   find("lost").textContent = "";
   live.leave();
   draw();
@@ -278,7 +278,7 @@ function upload(list) {
 }
 
 const send = attempt(async (files) => {
-  tell("");
+  showMessage("");
   isSending = true;
   draw();
   const refused = [];
@@ -300,12 +300,12 @@ const send = attempt(async (files) => {
   isSending = false;
   await refresh();
   if (camera) show(camera);
-  const more = refused.splice(MOST_TOLD).length;
-  tell([...refused, ...(more ? [`And ${more} more.`] : [])].join("\n"));
+  const more = refused.splice(MOST_REFUSED).length;
+  showMessage([...refused, ...(more ? [`And ${more} more.`] : [])].join("\n"));
 });
 
 const calibrate = attempt(async () => {
-  tell("");
+  showMessage("");
   find("calibrate").disabled = true; // a second click would begin a second one
   const options = Object.fromEntries(new FormData(find("options")));
   try {
@@ -368,7 +368,7 @@ find("export").addEventListener("click", attempt(async () => {
   find("lost").textContent = lost ? `${name} does not hold everything: ${lost}.` : "";
 }));
 
-const live = setUpLive({ ask, tell, attempt, redraw: draw, saved: async (id) => {
+const live = setUpLive({ ask, showMessage, attempt, redraw: draw, saved: async (id) => {
   await refresh();
   show(id);
 } });

@@ -77,7 +77,7 @@ class ExposurePairs(AbstractCurveEvidence):
 
     @property
     @override
-    def tells_exponent(self) -> bool:
+    def determines_exponent(self) -> bool:
         """Whether exposures are known; else the curve f is known up to a power f^γ."""
         return not self.counts.unknown
 
@@ -123,5 +123,5 @@ class ExposurePairs(AbstractCurveEvidence):
     def judged(self, estimate: CurveEstimate, found: ChannelMode, term: AbstractTerm) -> Judgement:
         assert isinstance(term, ExposureTerm)
         error = self.exponent_error
-        told = judged(estimate, found, term.counts, exponent_error=error, noted=self.noted)
-        return told._replace(estimate=told.estimate.with_exponent_error(error))
+        judgement = judged(estimate, found, term.counts, exponent_error=error, noted=self.noted)
+        return judgement._replace(estimate=judgement.estimate.with_exponent_error(error))

@@ -107,16 +107,16 @@ class Bracket(AbstractKind[Options, BracketEvidence]):
     def from_version_1(
         self, entry: JsonObject, channel: str, curve: AbstractCurve, n_levels: int
     ) -> Account | None:
-        told = entry.get("exposures")
-        if told is None:
+        stored = entry.get("exposures")
+        if stored is None:
             return None
         return account_of_bracket(
             channel,
             curve,
-            exposures=[float(value) for value in told["relative"]],
-            exponent_error=float(told["exponent_error"]),
-            scatter=float(told["scatter"]),
-            transfers=SeenTransfers.from_json(told, n_levels),
+            exposures=[float(value) for value in stored["relative"]],
+            exponent_error=float(stored["exponent_error"]),
+            scatter=float(stored["scatter"]),
+            transfers=SeenTransfers.from_json(stored, n_levels),
         )
 
     @override

@@ -533,14 +533,14 @@ class _Rows:
         # Information shared by m or s² and each edge. In einsum, a and b are m or s², j
         # rows, k edges within reach and r the unknowns after the edges.
         nearer = self._distance / (-2 * self._deviation)
-        told = np.stack([-own, own * nearer])
-        told[0, :, :-1] -= beside
-        told[0, :, 1:] -= beside
-        told[1, :, :-1] += beside * nearer[:, 1:]
-        told[1, :, 1:] += beside * nearer[:, :-1]
+        cross = np.stack([-own, own * nearer])
+        cross[0, :, :-1] -= beside
+        cross[0, :, 1:] -= beside
+        cross[1, :, :-1] += beside * nearer[:, 1:]
+        cross[1, :, 1:] += beside * nearer[:, :-1]
         pulls = np.array([-pull.sum(axis=1), _dot(pull, nearer)])
-        both = _dot(told[0], nearer)
-        among = np.array([[-told[0].sum(axis=1), both], [both, _dot(told[1], nearer)]])
+        both = _dot(cross[0], nearer)
+        among = np.array([[-cross[0].sum(axis=1), both], [both, _dot(cross[1], nearer)]])
 
         by_ends, by_unknowns = self._chain()
         by_rest = by_unknowns @ turn
@@ -549,7 +549,7 @@ class _Rows:
         for place, by_end in ends:
             gradient[place] += np.einsum("aj,aj->j", by_end, pulls)
             _windows(half, edge.shape[1])[place, self._first] += np.einsum(
-                "aj,ajk->jk", by_end, told
+                "aj,ajk->jk", by_end, cross
             )
             for other, by_other in ends:
                 half[place, other] += 0.5 * np.einsum("aj,abj,bj->j", by_end, among, by_other)
@@ -557,7 +557,7 @@ class _Rows:
         gradient[n_inner:] += np.einsum("aj,ajr->r", pulls, by_rest)
         half[n_inner:, n_inner:] += 0.5 * np.einsum("ajr,ajs->rs", by_rest, with_rest)
         crossed = [
-            np.bincount(edge.ravel(), np.einsum("aj,ajk->jk", by_one, told).ravel(), n_inner)
+            np.bincount(edge.ravel(), np.einsum("aj,ajk->jk", by_one, cross).ravel(), n_inner)
             for by_one in np.moveaxis(by_unknowns, 2, 0)
         ]
         half[:n_inner, n_inner:] += np.stack(crossed, axis=1) @ turn

@@ -110,9 +110,9 @@ def _require_one_scene(evidence: BracketEvidence) -> None:
     scenes = evidence.scenes
     if scenes is None:
         return
-    strangers = scenes.strangers()
-    if strangers is not None:
-        one, other = (evidence.sources[place].path for place in strangers)
+    mismatched = scenes.mismatched()
+    if mismatched is not None:
+        one, other = (evidence.sources[place].path for place in mismatched)
         msg = f"{one} and {other} do not show the same scene: give exposures of one scene"
         raise UnfitFramesError(msg)
     most = MOST_DISPLACED if evidence.aligned else MOST_UNALIGNED * scenes.width

@@ -98,8 +98,8 @@ def transfer_curve(counts: ExposureCounts, prior: CurvePrior) -> TransferCurve:
         rounding = (width[upper] / light[upper]) ** 2 + (width[floor] / light[floor]) ** 2
         variance = _DOUBT**2 + rounding / 12
         weight = 1 / (variance + (residual / _FAR) ** 2)
-        told = products * weight[:, np.newaxis, np.newaxis]
-        normal = np.bincount(cells.ravel(), told.ravel(), size**2).reshape(size, size)
+        weighted = products * weight[:, np.newaxis, np.newaxis]
+        normal = np.bincount(cells.ravel(), weighted.ravel(), size**2).reshape(size, size)
         pulls = factor * (weight * residual)[:, np.newaxis]
         pull = np.bincount(known.ravel(), pulls.ravel(), size)
         jacobian = np.eye(size)

@@ -26,9 +26,9 @@ def std_with_dark(posterior: Posterior, space: AbstractCurveSpace) -> Floats:
     best = posterior.best
     (model,) = (fit.model for fit in best.mode.fits if isinstance(fit, PairFit))
     of_edges = model.dark_information(DARK_PIXELS, best.noise_mix[:, 1] * best.noise.floor)
-    told = in_coordinates(of_edges, best.edges.size, space.pull(best.coordinates))
+    added = in_coordinates(of_edges, best.edges.size, space.pull(best.coordinates))
     information = best.mode.factor @ best.mode.factor.T
-    information[: len(told), : len(told)] += told  # curve and noise come first
+    information[: len(added), : len(added)] += added  # curve and noise come first
     factor = cholesky(information, lower=True, check_finite=False)
     after = at_mode(ChannelMode(replace(best.mode, factor=factor), best.channel), space)
     between = np.maximum(posterior.inverse_std**2 - posterior.best_variance, 0.0)

@@ -193,7 +193,7 @@ def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> Nois
         n_levels=reader.levels,
         jobs=reader.jobs,
         scheduler=reader.scheduler,
-        on_chunk=lambda done, total: reader.tell(_READING, done / total),
+        on_chunk=lambda done, total: reader.report(_READING, done / total),
         channels=reader.channels,
         mask=reader.mask,
     )

@@ -212,9 +212,11 @@ class PairModel:
         information *= counts.n_pairs * counts.weight
         if counts.dark.any():
             rates = directions[:, 0]
-            told = slice(self.edges.size + rates.size)
-            gradient[told] += self._dark_changes(rates).T @ (counts.dark / self.dark)
-            information[told, told] += self.dark_information(float(counts.dark.sum()), rates)
+            affected = slice(self.edges.size + rates.size)
+            gradient[affected] += self._dark_changes(rates).T @ (counts.dark / self.dark)
+            information[affected, affected] += self.dark_information(
+                float(counts.dark.sum()), rates
+            )
         return Expansion(self.log_likelihood(counts), gradient, information)
 
     def _gradient(self, counts: PairCounts, directions: Floats) -> Floats:

@@ -86,7 +86,7 @@ def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
     single = 2 * _deviance(seen.sum(axis=0), expected.sum(axis=0))  # of either frame
     if single > _LEVEL_WISE * _deviance(seen, expected):
         return Pattern.LEVEL_WISE
-    pixels = _told(seen)
+    pixels = _usable_pixels(seen)
     kurtosis, far = _kurtosis(seen, pixels)
     model, model_far = _kurtosis(expected, pixels)
     # A poor model is wrong about the kurtosis too: a Gaussian must agree.
@@ -109,13 +109,13 @@ def is_gaussian(seen: Floats, expected: Floats) -> bool:
     seen, expected : ndarray of float, shape (L, L)
         As for `misfit_pattern`.
     """
-    pixels = _told(seen)
+    pixels = _usable_pixels(seen)
     (kurtosis, _), (model, _) = _kurtosis(seen, pixels), _kurtosis(expected, pixels)
     by_chance = np.sqrt(24 / max(1.0, float(pixels.sum())))  # of Gaussian numbers
     return bool(abs(kurtosis - model) <= _GAUSSIAN_ENOUGH + 3 * by_chance)
 
 
-def _told(seen: Floats) -> Floats:
+def _usable_pixels(seen: Floats) -> Floats:
     """Pixels at each sum of two levels, 0 if too few for a kurtosis, (2L − 1,)."""
     pixels, _, squares = difference_moments(_unclipped(seen))
     pixels[(pixels < _FEWEST_PAIRS) | (squares == 0)] = 0.0

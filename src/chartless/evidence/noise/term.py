@@ -91,6 +91,6 @@ class PairFit(AbstractFit):
 
 def ridge_share(counts: PairCounts, space: AbstractCurveSpace) -> float:
     """Weight of the pairs' evidence along the ridge, 0 … 1."""
-    if not space.tells_ratio:
+    if not space.uses_ratio:
         return 0.0
     return min(1.0, RIDGE_PAIRS / max(counts.weight * counts.n_pairs, 1.0))

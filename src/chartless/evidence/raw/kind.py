@@ -72,15 +72,15 @@ class Raw(AbstractKind[Options, RawEvidence]):
     def from_version_1(
         self, entry: JsonObject, channel: str, curve: AbstractCurve, n_levels: int
     ) -> Account | None:
-        told = entry.get("raw")
-        if told is None:
+        stored = entry.get("raw")
+        if stored is None:
             return None
-        red, green, blue = (float(weight) for weight in told["matrix"])
+        red, green, blue = (float(weight) for weight in stored["matrix"])
         return account_of_raw(
             matrix=(red, green, blue),
-            gains=tuple(float(gain) for gain in told["gains"]),
-            corner_gain=float(told["corner_gain"]),
-            scatter=float(told["scatter"]),
+            gains=tuple(float(gain) for gain in stored["gains"]),
+            corner_gain=float(stored["corner_gain"]),
+            scatter=float(stored["scatter"]),
         )
 
 
