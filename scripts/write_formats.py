@@ -19,20 +19,20 @@ INTRODUCTION = """\
     chartless export --list
     chartless import response.yml -o camera.json
 
-`export` writes a calibration for another program and says what its file does not hold; `import`
-makes a calibration of what another program found, which all commands take. The format of a file to
-import is known by its content, or named by `--from`; that of a file to write is named by `--to`, or
-by the extension if only one format has it. In Python: `chartless.formats.export_response` and
-`import_response`.
+`export` writes a calibration for another program and reports what its file does not hold; `import`
+makes a calibration from the response of another program, which all commands accept. The format of a
+file to import is recognised by its content, or named by `--from`; that of a file to write is named
+by `--to`, or by the extension if only one format has it. In Python:
+`chartless.formats.export_response` and `import_response`.
 
-`export`, `linearize` and `merge` say in one line how far to trust a curve that is not good. Formats
-with room for a text carry that verdict in the file: `cube` and `resolve` as a comment, `clf` and
-`icc` as a description, `csp` in its metadata, `npz` as an array. The others have no comments, or
-not all of their readers skip them (spreadsheets, pandas and R do not in `csv`). What the file says
-is a remark when chartless reads it again.
+`export`, `linearize` and `merge` print one line on how far to trust a curve that is not good.
+Formats with room for a text carry that verdict in the file: `cube` and `resolve` as a comment,
+`clf` and `icc` as a description, `csp` in its metadata, `npz` as an array. The others have no
+comments, or not all of their readers skip them (spreadsheets, pandas and R do not in `csv`). The
+verdict in a file becomes a remark when chartless reads it again.
 
 All formats are tables of the inverse response, from brightness to light, unless their paragraph
-says otherwise. The largest error is that of irradiance, white being 1, at any level of a
+states otherwise. The largest error is that of irradiance, white being 1, at any level of a
 calibration of 8 bits that was written and read again. What is named under *tested with* reads our
 files in the tests and agrees with `chartless linearize` within that error.
 """

@@ -162,7 +162,7 @@ def test_a_folder_is_made_once(tmp_path: Path) -> None:
 def test_a_folder_in_a_missing_one(tmp_path: Path) -> None:
     folder = tmp_path / "missing" / "out"
 
-    with pytest.raises(OutputError, match=f"^{folder}: the folder {folder.parent} it should"):
+    with pytest.raises(OutputError, match=f"^{folder}: its parent folder {folder.parent} does not"):
         make_folder(folder)
 
     assert not folder.parent.exists()

@@ -268,7 +268,7 @@ def test_a_camera_that_changes_its_pictures_is_refused(other: Pixels, says: str)
             [np.roll(scene(), 3 * number, axis=1) for number in range(4)],
             r"no two frames are still \(something moved 3×\)",
         ),
-        ([0.5 + 0.02 * scene()] * 4, "too little to tell a curve"),
+        ([0.5 + 0.02 * scene()] * 4, "too little for a curve"),
     ],
 )
 def test_without_evidence_there_is_no_calibration(scenes: list[Pixels], says: str) -> None:

@@ -113,7 +113,7 @@ def test_several_processes_find_the_same(paths: list[Path]) -> None:
 
 
 def test_several_processes_read_no_arrays(frames: list[Levels]) -> None:
-    with pytest.raises(ParameterError, match="only files are read by several processes"):
+    with pytest.raises(ParameterError, match="only files can be read by several processes"):
         calibrate(frames, jobs=2, **QUICK)
 
 

@@ -47,61 +47,61 @@ class Flag(Advice):
     LEVELS_UNSEEN = (
         "levels-unseen",
         (
-            "only part of the brightness range was seen, and outside it the curve is "
+            "only part of the brightness range was observed, and outside it the curve is "
             "extrapolated: include dark and bright parts in the scene"
         ),
     )
     DARK_LEVELS_UNSEEN = (
         "dark-levels-unseen",
         (
-            "the scene has no dark parts, so that the noise at black and the curve there are "
-            "guessed: take two frames with the lens covered and give them as `dark`"
+            "the scene has no dark parts, so the noise at black and the curve there are "
+            "guesses: take two frames with the lens covered and give them as `dark`"
         ),
     )
     CLIPPED = (
         "clipped",
-        "many pixels are fully black or white and say nothing: change the exposure",
+        "many pixels are fully black or white and carry no information: change the exposure",
     )
     MOTION = (
         "motion",
-        "the frames seem displaced against each other: use a tripod and a self-timer",
+        "the frames seem displaced relative to each other: use a tripod and a self-timer",
     )
     BRIGHTNESS_DRIFT = (
         "brightness-drift",
         (
-            "the light or the exposure changed between frames; a few per cent are made up for: "
+            "the light or the exposure changed between frames; a few per cent are corrected for: "
             "fix the exposure by hand, avoid flickering lamps"
         ),
     )
     STRUCTURED_DIFFERENCE = (
         "structured-difference",
-        "the difference of the frames has large patches: something moved, or the light did",
+        "the difference of the frames has large patches: something moved, or the light changed",
     )
     CORRELATED_NOISE = (
         "correlated-noise",
         (
-            "neighbouring pixels share their noise, the mark of denoising, sharpening or strong "
-            "compression: switch these off or use a higher quality"
+            "the noise of neighbouring pixels is correlated, a sign of denoising, sharpening or "
+            "strong compression: switch these off or use a higher quality"
         ),
     )
     COMPRESSED = (
         "compressed",
         (
-            "the files are compressed with losses, which changes the noise that the curve is read "
+            "lossy compression of the files changes the noise that the curve is estimated "
             "from: give lossless files or an exposure bracket"
         ),
     )
     CORRELATED_CHANNELS = (
         "correlated-channels",
         (
-            "the channels share their noise, the mark of demosaicing, denoising or compression: "
-            "switch these off or use a higher quality"
+            "the noise of the channels is correlated, a sign of demosaicing, denoising or "
+            "compression: switch these off or use a higher quality"
         ),
     )
     MOVERS = (
         "movers",
         (
-            "some pixels changed far more than noise explains and were left out: keep everything "
+            "some pixels changed far more than noise explains and were excluded: keep everything "
             "in the scene still"
         ),
     )
@@ -122,8 +122,8 @@ class Flag(Advice):
     EXPOSURES_OFF = (
         "exposures-off",
         (
-            "the exposures are not what the files or `times` say: the shutter, the light or the "
-            "camera's own gain changed; the curve follows what the pictures show"
+            "the exposures differ from those in the files or `times`: the shutter, the light or "
+            "the camera's own gain changed; the curve follows the pictures"
         ),
     )
     SCATTER = (
@@ -136,7 +136,7 @@ class Flag(Advice):
     UNEVEN_TONES = (
         "uneven-tones",
         (
-            "equal light is shown at different levels, the mark of tone mapping that depends on "
+            "equal light has different levels, a sign of tone mapping that depends on "
             "the surroundings: switch off HDR, shadow lifting and other automatic enhancement"
         ),
     )
@@ -154,8 +154,8 @@ class Flag(Advice):
     NOISE_AT_BOUND = (
         "noise-at-bound",
         (
-            "the frames do not tell how the noise divides into slope and floor: trust neither U "
-            "nor V alone, and the curve less than usual"
+            "the frames do not determine how the noise divides into slope and floor: do not "
+            "trust U or V alone, and trust the curve less than usual"
         ),
     )
     MISFIT = (
@@ -186,7 +186,7 @@ class Flag(Advice):
     SEARCH_UNFINISHED = (
         "search-unfinished",
         (
-            "the search was still improving when it stopped: trust the curve less; the methods "
-            "ism-… take more `rounds`"
+            "the search was still improving when it stopped: trust the curve less; the "
+            "methods ism-… accept more `rounds`"
         ),
     )

@@ -53,13 +53,13 @@ _FEWEST_PAIRS, _FEWEST_SUMS = 100, 16  # pairs of pixels per noise level; noise 
 class Outcome(Enum):
     """Outcome of adding a frame; people are shown the value."""
 
-    FIRST = "nothing to compare it with"
+    FIRST = "no earlier frame to compare with"
     USED = "used"
-    RESTARTED = "the noise changed, so all before is forgotten"
+    RESTARTED = "the noise changed: earlier frames are dropped"
     """The frame was used as the first after a restart."""
     MOVED = "something moved"
     LIGHT_CHANGED = "the light changed"
-    REPEATED = "repeats the one before"
+    REPEATED = "repeats the previous one"
 
     @property
     def is_used(self) -> bool:
@@ -350,7 +350,7 @@ def lacking(live: LiveEvidence, calibration: Calibration, until: float = WORST_B
     if live.n_kept < LEAST:
         return f"not good enough yet: fewer than {LEAST} pairs"
     if known is None:
-        return "not good enough: its error is not known"
+        return "not good enough: its error is unknown"
     if known <= WORST_BAND and verdict(calibration.channels).grade is Grade.DISTRUST:
         grave = [flag for flag in Flag if flag in GRAVE and flag in calibration.flags]
         reasons = ", ".join(flag.code.replace("-", " ") for flag in grave)

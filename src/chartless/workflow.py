@@ -414,7 +414,8 @@ def _left_out(sources: Sequence[FrameSource]) -> list[str]:
     one = n_unread == 1
     text = (
         f"{n_unread} frame{'s' * (not one)} repeat{'s' * one} an exposure and "
-        f"{'was' if one else 'were'} not used: only their noise would tell more"
+        f"{'was' if one else 'were'} not used: {'it' if one else 'they'} would add information "
+        "only through noise"
     )
     return [text]
 

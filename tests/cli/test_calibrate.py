@@ -246,7 +246,7 @@ def test_a_constant_picture_with_a_little_noise(
     ]
     line = refusal("calibrate", *frames)
 
-    assert "cover 1% of the range, too little to tell a curve" in line
+    assert "cover 1% of the range, too little for a curve" in line
     assert "photograph a scene with both dark and bright parts" in line
 
 
@@ -677,7 +677,10 @@ def test_what_is_known_of_the_sensor_narrows_the_band(shoot: Shoot, chartless: C
         (["--set", "noise_prior=1000"], "--set noise_prior takes electrons at white and of"),
         (["--set", "noise_prior=0,1"], "--set noise_prior takes electrons"),
         (["--set", "colour=1"], "unknown setting of likelihood 'colour'"),
-        (["--method", "ism-bin", "--rounds", "3", "--set", "rounds=4"], "--rounds is given by"),
+        (
+            ["--method", "ism-bin", "--rounds", "3", "--set", "rounds=4"],
+            "--rounds is given both by",
+        ),
         (["--method", "ism-bin", "--set", "rounds=1.5"], "--set rounds takes a whole number"),
         (
             ["--method", "ism-bin", "--set", "start=1"],

@@ -240,7 +240,7 @@ def test_the_evidence_may_be_chosen(bracket: Bracket, chartless: Chartless) -> N
         for done in (exposures, both, noise)
     ]
     assert kinds == [{"bracket"}, {"bracket", "noise"}, {"noise"}]
-    assert evidence(noise) == "noise, as asked for"
+    assert evidence(noise) == "noise, as requested"
 
 
 def test_exif_that_disagrees_is_not_heard_if_a_bracket_is_asked_for(
@@ -361,7 +361,7 @@ def test_unaligned_frames_are_matched_by_their_histograms(
         ("1,0,16", "1.png must be above 0, not 0"),
         ("1e308,1,1e-308", "0.png must be between 1e-18 and 1e+18, not 1e+308"),
         ("5e-324,1,16", "0.png must be between 1e-18 and 1e+18, not 4.94066e-324"),
-        ("1,1e12,1e-12", "no scene spans the 64 stops"),
+        ("1,1e12,1e-12", "more than 64 stops apart"),
         ("1,-4,16", "1.png must be above 0, not -4"),
         ("1,4,nan", "--times must be numbers or fractions"),
         ("1,four,16", "--times must be numbers or fractions such as 1/30,1/8,1/2, not '1,four,16'"),
@@ -511,14 +511,17 @@ def flat(shoot: Shoot, *levels: int) -> list[Path]:
 @pytest.mark.parametrize(
     ("levels", "message"),
     [
-        ((400, 400, 400), "0.png is 100% white: two exposures must show something; give shorter"),
+        (
+            (400, 400, 400),
+            ("0.png is 100% white: two exposures must have unclipped pixels; give shorter"),
+        ),
         pytest.param(
             (-90, -90, -90),
-            "0.png is 100% black: two exposures must show something; give longer",
+            "0.png is 100% black: two exposures must have unclipped pixels; give longer",
             marks=pytest.mark.slow,
         ),
         pytest.param((-90, 100, 400), "two exposures must show something", marks=pytest.mark.slow),
-        pytest.param((20, 40, 60), "too few to tell a curve (least 25%)", marks=pytest.mark.slow),
+        pytest.param((20, 40, 60), "too few for a curve (least 25%)", marks=pytest.mark.slow),
         ((120, 100, 40), "2.png is darker than "),
     ],
 )

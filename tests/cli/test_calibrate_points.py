@@ -69,7 +69,7 @@ def test_the_plan_says_that_points_are_used(patches: Path, chartless: Chartless)
     [
         ((), "noise needs two or more frames of one still scene, none was given"),
         (("--points", "missing.csv"), "missing.csv: cannot be read"),
-        (("--points-absolute",), "--points-absolute says what --points are: give these as well"),
+        (("--points-absolute",), "--points-absolute describes --points: give these as well"),
         (("--points", "patches.csv", "-o", "patches.csv"), "is one of the inputs and would be"),
         (("--points", "patches.csv", "--dark", "cap.png"), "--dark has no effect on"),
         (("--points", "patches.csv", "--method", "nlf"), "choose the method likelihood"),

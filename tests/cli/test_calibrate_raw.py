@@ -126,7 +126,7 @@ def test_another_shot_and_another_size_are_refused(
     shots: Path, tmp_path: Path, refusal: Refusal
 ) -> None:
     message = refusal("calibrate", shots / "IMG_1.JPG", "--raw", shots / "IMG_2.dng")
-    assert "IMG_1.JPG does not show what" in message
+    assert "IMG_1.JPG does not show the same scene as" in message
     small = tmp_path / "IMG_1.JPG"
     Image.open(shots / "IMG_1.JPG").resize((256, 192)).save(small)
     message = refusal("calibrate", small, "--raw", shots / "IMG_1.dng", "--json")
@@ -146,7 +146,7 @@ def test_damaged_and_foreign_raw_files_are_refused_in_one_line(
     message = refusal("calibrate", shots / "IMG_1.JPG", "--raw", cut)
     assert message == f"{cut}: is damaged or cut short: copy it again from the camera or card"
     message = refusal("calibrate", shots / "IMG_1.JPG", "--raw", shots / "IMG_2.JPG")
-    assert "IMG_2.JPG: is no raw file that LibRaw" in message
+    assert "IMG_2.JPG: is not a raw file that LibRaw" in message
 
 
 def test_without_rawpy_one_line_says_what_to_install(
@@ -231,7 +231,7 @@ def test_noise_of_raw_files_comes_with_a_warning(tmp_path: Path, chartless: Char
         done = chartless("calibrate", *frames, "--method", "nlf", "--jobs", jobs, "--json")
 
         assert done.status == 0, done.err
-        assert "note: noise tells to about 0.02 whether raw files are linear" in done.err
+        assert "note: noise determines to about 0.02 whether raw files are linear" in done.err
 
 
 def test_raw_files_are_neither_linearized_nor_merged(

@@ -194,7 +194,7 @@ def test_where_no_fit_is_valid_this_is_said(
 
     assert done.status == 0
     assert "recommended" not in done.out
-    assert "chartless: note: no family gives a valid response: look at" in done.err
+    assert "chartless: note: no family gives a valid response: check" in done.err
     assert chartless("compare", curve, "--json").json["recommended"] is None
 
 

@@ -138,7 +138,7 @@ def test_what_is_there_is_not_fetched_but_described(chartless: Chartless, own: P
     done = chartless("data", "fetch", "dorf")
 
     assert done.status == 0
-    assert done.err == "chartless: note: dorf is there already, nothing is downloaded\n"
+    assert done.err == "chartless: note: dorf is on this computer already: nothing to download\n"
     assert done.out.splitlines() == [
         str(own),
         "",

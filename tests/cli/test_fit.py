@@ -118,7 +118,7 @@ def test_a_curve_that_is_no_response_is_remarked_on(
     done = chartless("fit", curve, "--model", model)
 
     assert done.status == 0
-    assert done.err.startswith("chartless: note: the fitted curve is no valid response: ")
+    assert done.err.startswith("chartless: note: the fitted curve is not a valid response: ")
     assert done.err.count("\n") == 1
     assert chartless("fit", curve, "--model", model, "--json").json["valid_response"] is False
 

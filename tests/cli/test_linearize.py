@@ -196,7 +196,7 @@ def test_many_pictures_need_a_folder(
 
     line = refusal("linearize", grey_camera, picture, grey_picture, "-o", output)
 
-    assert f"{output} is no folder, and 2 pictures need one: create it first" in line
+    assert f"{output} is not a folder, and 2 pictures need one: create it first" in line
     assert not output.exists()
 
 

@@ -319,7 +319,7 @@ def test_one_frame_alone_is_refused(
 
     line = refusal("merge", frame, "-c", camera, "-o", tmp_path / "merged.exr", "--json")
 
-    assert line == f"{frame} alone is no bracket: give two or more exposures of one scene"
+    assert line == f"{frame} alone is not a bracket: give two or more exposures of one scene"
 
 
 def test_unknown_exposures_are_refused(
@@ -329,7 +329,7 @@ def test_unknown_exposures_are_refused(
     arguments = ("merge", *frames, "-c", camera, "-o", tmp_path / "merged.exr")
 
     assert refusal(*arguments) == (
-        f"{frames[0]} does not tell its exposure: give --times, one for each frame"
+        f"{frames[0]} records no exposure: give --times, one for each frame"
     )
     assert "merging needs the exposures" in refusal(*arguments, "--times", "unknown")
     assert not (tmp_path / "merged.exr").exists()
@@ -359,7 +359,7 @@ def test_a_bloom_radius_that_takes_most_of_the_picture_is_refused(
         ("1,2,1/0", "--times must be numbers or fractions"),
         ("1,2,nan", "--times must be numbers or fractions"),
         ("1,,2", "--times must be numbers or fractions"),
-        ("2,2,2", "all 3 frames have one exposure: give different exposures"),
+        ("2,2,2", "all 3 frames have the same exposure: give different exposures"),
         ("1,2,1e999", "--times must be numbers or fractions"),
     ],
 )
@@ -378,7 +378,7 @@ def test_frames_of_one_exposure_are_refused(
 ) -> None:
     line = refusal("merge", *bracket((1.0, 1.0)), "-c", camera, "-o", tmp_path / "merged.exr")
 
-    assert line == "all 2 frames have one exposure: give different exposures of one scene"
+    assert line == "all 2 frames have the same exposure: give different exposures of one scene"
 
 
 def test_a_frame_given_twice_is_refused(

@@ -44,7 +44,7 @@ def test_a_table_says_what_there_is_and_why_not(shots: Path, chartless: Chartles
     assert list(rows) == list(KINDS)
     assert "yes" in rows["raw"]
     assert rows["bracket"].endswith("such as --times 1,2,4, or --times unknown")
-    assert rows["noise"].endswith("to use it, ask for it with --evidence")
+    assert rows["noise"].endswith("to use it, name it in --evidence")
     assert last == "calibrate would use 3 raw files beside their pictures"
 
 

@@ -56,8 +56,7 @@ def test_frames_that_are_gone_are_missed(
     done = chartless("show", grey_camera, "--report", tmp_path / "a.html")
 
     assert done.err == (
-        "chartless: note: the report shows no picture: the frames are not where they were, or "
-        "have changed\n"
+        "chartless: note: the report shows no picture: the frames were moved or have changed\n"
     )
     assert "<img" not in (tmp_path / "a.html").read_text(encoding="utf-8")
 
@@ -79,7 +78,7 @@ def test_a_report_leaves_json_alone(
     [
         ("a.pdf", "a.pdf: a report is a page: name it .html"),
         ("missing/a.html", "does not exist: create it first"),
-        ("c.html", "cannot be calibration and report at once"),
+        ("c.html", "cannot be both calibration and report"),
     ],
 )
 def test_a_bad_place_is_refused_before_the_work(

@@ -321,7 +321,7 @@ def test_without_data_or_network_one_line_says_what_to_do(
     [
         ("missing.npz", "No such file"),
         (".", "holds no DoRF data"),
-        ("a.mat", "no form of the DoRF"),
+        ("a.mat", "not a known form of the DoRF"),
     ],
 )
 def test_a_file_that_is_no_dorf(name: str, why: str, tmp_path: Path, refusal: Refusal) -> None:

@@ -109,7 +109,10 @@ def test_a_compressed_video_is_not_trusted(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--jobs", "2"], "is a video, which one process reads: omit --jobs and --scheduler"),
+        (
+            ["--jobs", "2"],
+            ("is a video, which only one process can read: omit --jobs and --scheduler"),
+        ),
         (["--times", "1,2"], "2 times were given for 1 frames"),
         (["--evidence", "bracket"], "the files record no exposure settings"),
     ],
@@ -171,7 +174,7 @@ def test_a_video_needs_a_folder(
     output = tmp_path / "none.exr"
 
     assert refusal("linearize", grey_camera, record(), "-o", output) == (
-        f"{output} is no folder, and a video needs one: create it first"
+        f"{output} is not a folder, and a video needs one: create it first"
     )
 
 
@@ -180,7 +183,9 @@ def test_a_video_is_not_made_nonlinear(
 ) -> None:
     message = refusal("linearize", grey_camera, record(), "-o", tmp_path, "--inverse")
 
-    assert message.endswith("only recorded videos are linearised, and none is made nonlinear")
+    assert message.endswith(
+        "only recorded videos can be linearised, and no video can be made nonlinear"
+    )
 
 
 MEMORY = """

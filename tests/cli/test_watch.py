@@ -284,7 +284,7 @@ def test_what_is_no_camera_is_refused(device: str, says: str, refusal: Refusal) 
         (["-o", "clip.mkv"], "clip.mkv is the video and would be overwritten"),
         (["-o", "missing/a.json"], "does not exist: create it first"),
         (["--report", "a.pdf"], "a report is a page: name it .html"),
-        (["-o", "a.html", "--report", "a.html"], "cannot be calibration and report at once"),
+        (["-o", "a.html", "--report", "a.html"], "cannot be both calibration and report"),
         (["--window", "9"], "--window"),
         (["--until", "-1"], "--until"),
         (["--channels", "hsv"], "channels must be one of auto, rgb, luma, not 'hsv'"),

@@ -153,8 +153,8 @@ def change_number(number: int, place: int, value: str) -> Callable[[list[str]], 
         (change_number(1206, 0, "-0.1"), r"curve 200 \(FP2900ZB\) should go from 0 to 1"),
         (change_number(1206, -1, "0.99999"), r"curve 200 \(FP2900ZB\) should go from 0 to 1"),
         (change_number(1206, -1, "255"), r"curve 200 \(FP2900ZB\) should go from 0 to 1"),
-        (change_number(10, 500, "0.7"), "line 10 holds another irradiance than line 4"),
-        (change_number(1204, 500, "nan"), "line 1204 holds another irradiance than line 4"),
+        (change_number(10, 500, "0.7"), "line 10 holds a different irradiance from line 4"),
+        (change_number(1204, 500, "nan"), "line 1204 holds a different irradiance from line 4"),
     ],
 )
 def test_text_that_is_damaged(
@@ -176,7 +176,11 @@ def test_an_irradiance_that_does_not_increase(value: str, lines: list[str], tmp_
     bad = change_number(4, 500, value)(lines)[3]
     path.write_text("\n".join(bad if n % 6 == 3 else line for n, line in enumerate(lines)))
 
-    why = "line 4 holds another" if value == "nan" else "the irradiance should increase from 0 to 1"
+    why = (
+        "line 4 holds a different"
+        if value == "nan"
+        else "the irradiance should increase from 0 to 1"
+    )
     with pytest.raises(DatasetError, match=why):
         load_dorf(path)
 
@@ -267,7 +271,7 @@ def test_files_that_hold_no_arrays(tmp_path: Path) -> None:
 def test_files_that_are_not_there(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match=r"dorfCurves\.txt: .*No such file or directory"):
         load_dorf(tmp_path / "dorfCurves.txt")
-    with pytest.raises(DatasetError, match=r"it should have one of dorfCurves\.zip, dorfCurves"):
+    with pytest.raises(DatasetError, match=r"it should contain one of dorfCurves\.zip, dorfCurves"):
         load_dorf(tmp_path)
     with pytest.raises(DatasetError, match=r"curves\.mat: .* give a file in \.zip, \.txt, \.npz"):
         load_dorf(tmp_path / "curves.mat")

@@ -166,9 +166,9 @@ def test_nothing_is_downloaded_that_is_there(
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("gone.zip", CONTENT, "the server answers 404 Not Found"),
+        ("gone.zip", CONTENT, "the server answered 404 Not Found"),
         ("half.zip", CONTENT, "there is no connection to the server, or it broke off"),
-        ("dorfCurves.zip", b"else", "the server sends another file, its SHA-256 differs"),
+        ("dorfCurves.zip", b"else", "the server sent a different file: its SHA-256 differs"),
     ],
 )
 def test_a_failed_download_says_what_to_do_and_leaves_nothing(

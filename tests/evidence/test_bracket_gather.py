@@ -195,7 +195,9 @@ def test_more_levels_than_256_are_reduced_to_them() -> None:
 
 
 def test_luma_of_colours_is_no_curve() -> None:
-    with pytest.raises(ParameterError, match=r"has colours, and luma .* is not one curve of light"):
+    with pytest.raises(
+        ParameterError, match=r"is a colour picture, and luma .* not a single function of light"
+    ):
         bracket_evidence(bracket(colourful()), EXPOSURES, channels="luma")
 
 

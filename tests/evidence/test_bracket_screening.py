@@ -117,7 +117,7 @@ def test_exposures_that_are_the_same(order: tuple[int, int]) -> None:
 
     longer, shorter = (f"{order.index(place)}.jpg" for place in (1, 0))
     assert line.startswith(f"{longer} is hardly brighter than {shorter}, though its exposure is ")
-    assert "said to be 2 times as long" in line
+    assert "given as 2 times as long" in line
     assert "`evidence='noise'`" in line
 
 

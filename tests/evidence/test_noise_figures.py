@@ -128,7 +128,7 @@ def test_the_pattern_of_a_misfit_is_named_above_its_residuals(table: Cooccurrenc
 
     draw_residuals(axes, response_of(table, told={"pattern": Pattern.PEAKED}))
 
-    assert axes.get_title() == "Seen less expected: peaked"
+    assert axes.get_title() == "Observed minus expected: peaked"
 
 
 @pytest.mark.parametrize("method", ["ism-bin", "likelihood", "nlf"])
@@ -197,7 +197,7 @@ def test_the_channel_that_is_explained_least_is_shown(
 @pytest.mark.parametrize(
     ("told", "words"),
     [
-        ({"deviance": 1.234}, "The misfit is 1.23 times what chance alone gives (1 is perfect)."),
+        ({"deviance": 1.234}, "The misfit is 1.23 times that of chance alone (1 is perfect)."),
         ({"similarity": 0.9876}, "The similarity is 0.988 of what the true model would reach."),
         ({}, "This method measures no goodness of fit."),
         ({"deviance": 3, "pattern": Pattern.PEAKED}, "(1 is perfect); its pattern is “peaked”."),

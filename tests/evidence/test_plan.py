@@ -145,7 +145,7 @@ def test_times_that_are_no_numbers_are_refused_at_once(text: str) -> None:
             "bracket",
         ),
         # As asked for.
-        (BRACKET, {"kind": "noise"}, "noise, as asked for", "noise"),
+        (BRACKET, {"kind": "noise"}, "noise, as requested", "noise"),
         (BRACKET, {"kind": "bracket"}, "a bracket of 3 exposures, 1 to 16 by EXIF", "bracket"),
         (REPEATED, {"kind": "bracket"}, "a bracket of 3 exposures, 1 to 16 by EXIF", "bracket"),
         (
@@ -263,7 +263,7 @@ ZERO, NOT_MANY = "the time of 1.jpg must be above 0", "times were given for 3 fr
             SILENT,
             {"times": "unknown", "time_error": 0.1},
             ParameterError,
-            "and these are unknown: give `times` as numbers",
+            "but these are unknown: give `times` as numbers",
         ),
         (SILENT, {"times": ["a", "b", "b"], "time_error": 0.0}, ParameterError, "are unknown"),
         (

@@ -101,7 +101,7 @@ def test_nikon_before_an_even_wall_is_refused(data_path: Path, outcome: Any) -> 
     status, content = outcome(*frames[:3])
 
     assert status == 2
-    assert "% of the range, too little to tell a curve" in content["error"]
+    assert "% of the range, too little for a curve" in content["error"]
 
 
 def test_surveillance_video_is_doubted_or_refused(data_path: Path, outcome: Any) -> None:

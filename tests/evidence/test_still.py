@@ -150,7 +150,7 @@ def test_repeated_frames_are_left_out_with_a_remark() -> None:
 
     assert np.array_equal(found.tables["Y"].counts, counted(frames).counts)
     assert found.n_frames == 5
-    assert found.sources[0].remarks[-1] == "left out 10 frames that repeat the one before"
+    assert found.sources[0].remarks[-1] == "left out 10 frames that repeat the previous one"
 
 
 @pytest.mark.parametrize(("white", "n_levels"), [(219, 220), (255, 256), (876, 256)])

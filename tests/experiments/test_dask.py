@@ -196,9 +196,9 @@ def test_nothing_left_to_do_needs_no_scheduler(tmp_path: Path) -> None:
     ("address", "message"),
     [
         ("tcp://127.0.0.1:1", r"no Dask scheduler answers at tcp://127\.0\.0\.1:1: start one"),
-        ("nonsense", r"'nonsense' is no address of a Dask scheduler, .* missing port"),
+        ("nonsense", r"'nonsense' is not the address of a Dask scheduler, .* missing port"),
         ("http://localhost:8786", r"such as tcp://host:8786: unknown address scheme"),
-        ("tls://localhost:8786", r"is no address .* TLS"),
+        ("tls://localhost:8786", r"is not the address .* TLS"),
     ],
 )
 def test_a_scheduler_that_does_not_answer(

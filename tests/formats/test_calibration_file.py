@@ -461,7 +461,7 @@ def test_the_file_is_plain_json_with_every_documented_key(path: Path) -> None:
 def test_an_account_is_plain_json_with_every_documented_key() -> None:
     account = Account(
         kind="noise",
-        facts=(Fact("outliers", "Pairs left out", 0.02, ".2%"), Fact("gains", "Gains", (1.0,))),
+        facts=(Fact("outliers", "Excluded pairs", 0.02, ".2%"), Fact("gains", "Gains", (1.0,))),
         fits=(Fit("deviance", "Deviance", 1.2, ".2f", 1.5, 2.0, "A remark."),),
         details={"misfit": "the pattern is peaked"},
         share=0.5,
@@ -474,7 +474,7 @@ def test_an_account_is_plain_json_with_every_documented_key() -> None:
         {
             "kind": "noise",
             "facts": [
-                {"code": "outliers", "label": "Pairs left out", "value": 0.02, "form": ".2%"},
+                {"code": "outliers", "label": "Excluded pairs", "value": 0.02, "form": ".2%"},
                 {"code": "gains", "label": "Gains", "value": (1.0,), "form": ""},
             ],
             "fits": [

@@ -225,8 +225,8 @@ def test_curve_and_noise_are_read() -> None:
 def test_deviance_and_outliers_are_read() -> None:
     _, account = only(KINDS["noise"])
 
-    assert account.facts == (Fact("outliers", "Pairs left out", 0.01, ".2%"),)
-    label = "Deviance of the level pairs, over that of chance"
+    assert account.facts == (Fact("outliers", "Excluded pairs", 0.01, ".2%"),)
+    label = "Deviance of the level pairs, relative to chance"
     assert account.fits == (Fit("deviance", label, 1.25, ".2f", good=1.5, bad=2.0),)
     assert dict(account.details) == {}
     assert account.share is None
@@ -295,7 +295,7 @@ def test_what_dark_frames_would_bring_is_no_doubt_without_the_flag() -> None:
 def test_similarity_is_read() -> None:
     response, account = only(KINDS["similarity"])
 
-    label = "Image similarity, over that of the truth"
+    label = "Image similarity, relative to the truth"
     assert account.fits == (Fit("similarity", label, 0.98765, ".3f"),)
     assert account.facts == ()
     assert fit_text(response) == "similarity 0.988"
@@ -463,7 +463,7 @@ def test_a_calibration_is_judged_by_its_accounts() -> None:
         ("noise", Grade.GOOD, "The curve is known to ± 0.011"),
         ("misfit", Grade.DISTRUST, "do not explain the pictures: misfit."),
         ("doubtful", Grade.CARE, "Doubtful: misfit."),
-        ("similarity", Grade.CARE, "No error is known for this curve."),
+        ("similarity", Grade.CARE, "The error of this curve is unknown."),
         ("bracket", Grade.GOOD, "The shape of the curve is known to ± 0.008"),
         ("raw", Grade.GOOD, "The curve is known to ± 0.011"),
         ("both", Grade.GOOD, "The shape of the curve is known to ± 0.008"),
@@ -483,7 +483,7 @@ def test_exposures_off_their_ratio_are_in_the_verdict() -> None:
     judged = verdict(from_json(content).channels)
 
     assert judged.grade is Grade.CARE
-    assert "10.0% from their ratio in the median (channel Y)" in judged.reasons[-1]
+    assert "from their ratio by 10.0% (channel Y" in judged.reasons[-1]
 
 
 # Saving

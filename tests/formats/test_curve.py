@@ -89,9 +89,9 @@ def test_other_texts_are_none(text: str, tmp_path: Path) -> None:
             "0.1,0.2\n0.9,1\n",
             "runs from (0, 0) to (1, 1), this one from (0.1, 0.2) to (0.9, 1): scale it or add",
         ),
-        ("0,0\n.5,.6\n.4,.7\n1,1\n", "a response curve must increase"),
+        ("0,0\n.5,.6\n.4,.7\n1,1\n", "irradiance must increase strictly"),
         ("0,0\n1,1\n2\n", "line 3 is not two numbers, irradiance and brightness: '2'"),
-        ("0,0\nnan,.5\n1,1\n", "a response curve must increase"),
+        ("0,0\nnan,.5\n1,1\n", "irradiance must increase strictly"),
         ("0,0\n" * 400_000, "more lines than a table of 65536 levels"),
     ],
 )

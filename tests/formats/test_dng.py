@@ -165,5 +165,5 @@ def test_a_picture_without_a_table_is_no_calibration(n_bytes: int | None, tmp_pa
     assert not is_calibration(tmp_path / "photo.tif")
     with pytest.raises(CalibrationFileError, match="not a calibration file"):
         load_calibration(tmp_path / "photo.tif")
-    with pytest.raises(CalibrationFileError, match="is of no known format"):
+    with pytest.raises(CalibrationFileError, match="is not in a known format"):
         import_response(tmp_path / "photo.tif")

@@ -149,7 +149,7 @@ def test_damaged_files_end_in_one_line(name: str, tmp_path: Path) -> None:
 def test_a_file_of_no_format_names_those_there_are(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("Dear reader")
 
-    with pytest.raises(CalibrationFileError, match=r"is of no known format \(opencv, "):
+    with pytest.raises(CalibrationFileError, match=r"is not in a known format \(opencv, "):
         import_response(tmp_path / "letter.txt")
 
 
@@ -220,7 +220,7 @@ def test_pictures_that_are_there_already_stay(tmp_path: Path) -> None:
     assert files == (tmp_path / "pcalib.txt",)
     assert vignette.read_bytes() == measured
     other = ExportSettings(size=(640, 480))
-    with pytest.raises(ParameterError, match="there already and not of 640 × 480 pixels"):
+    with pytest.raises(ParameterError, match="exists already and is not of 640 × 480 pixels"):
         export_response(make_camera(*CURVES), tmp_path / "other.txt", "dso", other)
     assert not (tmp_path / "other.txt").exists()
 
@@ -259,7 +259,7 @@ def test_export_and_import(name: str, tmp_path: Path, capsys: pytest.CaptureFixt
     told = capsys.readouterr()
     assert told.out.splitlines()[0] == str(target)
     assert ("the error band" in told.err) == (not each.keeps.band)
-    assert ("which levels were seen" in told.err) == (not each.keeps.range)
+    assert ("which levels were observed" in told.err) == (not each.keeps.range)
     if each.is_read:
         assert main(["import", str(target), "-o", str(tmp_path / "again.json")]) == 0
         camera = in_its_family(each, make_camera(*CURVES), tmp_path)
@@ -284,14 +284,14 @@ def test_names_where_none_is_given(tmp_path: Path, capsys: pytest.CaptureFixture
     cube = (tmp_path / "camera.cube").read_bytes()
     for command in (["import", f"{tmp_path}/camera.cube"], ["export", str(camera), "--to", "cube"]):
         assert main(command) == 2
-        assert " is there already: name" in capsys.readouterr().err
+        assert " exists already: name" in capsys.readouterr().err
     assert camera.read_bytes() == before
     assert (tmp_path / "camera.cube").read_bytes() == cube
     assert main(["import", str(tmp_path / "camera_dng.txt")]) == 0
     assert "read as dng, " in capsys.readouterr().out
     assert len(load(tmp_path / "camera_dng.json").channels) == 1
     assert main(["import", str(camera), "-o", str(tmp_path / "a.json")]) == 2
-    assert "is a calibration of chartless already" in capsys.readouterr().err
+    assert "is already a calibration of chartless" in capsys.readouterr().err
 
 
 def test_the_name_of_the_output_tells_the_format(
@@ -303,7 +303,9 @@ def test_the_name_of_the_output_tells_the_format(
         assert main(["export", str(tmp_path / "camera.json"), "-o", str(tmp_path / name)]) == 0
         assert import_response(tmp_path / name).channels[0].method == format_name
     assert main(["export", str(tmp_path / "camera.json"), "-o", str(tmp_path / "a.txt")]) == 2
-    assert ".txt files are of several formats: give --to dng or --to dso" in capsys.readouterr().err
+    assert (
+        ".txt files can have several formats: give --to dng or --to dso"
+    ) in capsys.readouterr().err
 
 
 def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
@@ -319,13 +321,13 @@ def test_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "name the calibration to export, or --list"),
+        ([], "give the calibration to export, or --list"),
         (["{camera}", "--to", "cubes"], "unknown format 'cubes'"),
         (["{camera}"], "name the format with --to"),
         (["{camera}", "-o", "{folder}/camera.json", "--to", "csv"], "would be overwritten"),
         (["{camera}", "--to", "dso", "--size", "0x7"], "--size must be width and height"),
-        (["{camera}", "--to", "csv", "--size", "64x48"], "csv has no use for --size: omit it"),
-        (["{camera}", "--to", "opencv", "--levels", "512"], "opencv has no use for --levels"),
+        (["{camera}", "--to", "csv", "--size", "64x48"], "csv does not use --size: omit it"),
+        (["{camera}", "--to", "opencv", "--levels", "512"], "opencv does not use --levels"),
         (["{folder}", "--to", "csv"], "cannot be read: Is a directory"),
         (["{camera}", "--to", "csv", "--levels", "1"], "between 2 and 65536 levels, not 1"),
         (["{camera}", "--to", "hdrtoolbox", "--levels", "0"], "between 2 and 65536 levels, not 0"),

@@ -103,12 +103,12 @@ def test_a_file_of_a_machine_of_the_other_byte_order(tmp_path: Path) -> None:
     ("variables", "message"),
     [
         ({"other": TABLE}, "holds no variable lin_fun"),
-        ({"lin_fun": "text"}, "lin_fun is no matrix of numbers"),
-        ({"lin_fun": {"a": 1}}, "lin_fun is no matrix of numbers"),
-        ({"lin_fun": np.zeros((2, 3, 4))}, "lin_fun is no matrix of numbers"),
+        ({"lin_fun": "text"}, "lin_fun is not a matrix of numbers"),
+        ({"lin_fun": {"a": 1}}, "lin_fun is not a matrix of numbers"),
+        ({"lin_fun": np.zeros((2, 3, 4))}, "lin_fun is not a matrix of numbers"),
         ({"lin_fun": TABLE.T}, "256 channels, not 1 or 3"),
         ({"lin_fun": np.zeros((70_000, 1))}, "lin_fun has 70000 rows, more than 65536"),
-        ({"lin_fun": np.zeros((0, 3))}, "lin_fun is no matrix of numbers"),
+        ({"lin_fun": np.zeros((0, 3))}, "lin_fun is not a matrix of numbers"),
     ],
 )
 def test_other_content_is_refused(variables: dict[str, Any], message: str, tmp_path: Path) -> None:

@@ -342,20 +342,20 @@ def test_what_is_no_part_of_the_curve_is_remarked(tmp_path: Path) -> None:
     camera = import_response(path)
 
     assert camera.provenance["remarks"] == [
-        f"{path}: exposure, white balance and vignetting (Eev, Eb, Vc) are no part of it"
+        f"{path}: exposure, white balance and vignetting (Eev, Eb, Vc) are not part of it"
     ]
 
 
 @pytest.mark.parametrize(
     ("pictures", "message"),
     [
-        (["Ra1", "Ra=0", "Ra0"], "picture 2 has another response than picture 0: keep the"),
-        (["Ra1", "Ra1 Rt1"], "picture 1 has another response than picture 0"),
-        (["Rt2"], "a response of type Rt2, of which a project holds no curve"),
-        (["Ra=0"], "Ra=0 of picture 0 is no picture before it"),
-        (["Ra1", "Ra=7"], "Ra=7 of picture 1 is no picture before it"),
-        (["Ra1", "Ra=x"], "Ra=x of picture 1 is no picture before it"),
-        (["Ra=-1"], "Ra=-1 of picture 0 is no picture before it"),
+        (["Ra1", "Ra=0", "Ra0"], "picture 2 has a different response from picture 0: keep the"),
+        (["Ra1", "Ra1 Rt1"], "picture 1 has a different response from picture 0"),
+        (["Rt2"], "a response of type Rt2, for which a project holds no curve"),
+        (["Ra=0"], "Ra=0 of picture 0 is not an earlier picture"),
+        (["Ra1", "Ra=7"], "Ra=7 of picture 1 is not an earlier picture"),
+        (["Ra1", "Ra=x"], "Ra=x of picture 1 is not an earlier picture"),
+        (["Ra=-1"], "Ra=-1 of picture 0 is not an earlier picture"),
         (["Ranan"], "Ra must be a number up to 1e+06, not 'nan'"),
         (["Re1e300"], "Re must be a number up to 1e+06, not '1e300'"),
         (["Rb"], "Rb must be a number up to 1e+06, not ''"),

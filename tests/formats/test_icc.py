@@ -100,10 +100,10 @@ def test_it_tells_what_16_bits_lost(tmp_path: Path) -> None:
     steep = encode_response(make_camera(ModelCurve("gamma", (0.25,))), "icc").lost
     deep = encode_response(make_camera(CURVES[0], n_levels=65536), "icc").lost
 
-    assert primaries == "the camera's primaries, unknown: those of sRGB are in their place"
+    assert primaries == "the camera's primaries, which are unknown: those of sRGB stand in"
     n_fallen = np.sum(np.diff(np.rint(65535 * X**4)) == 0)
     assert n_fallen > 5
-    assert steep[1:] == (f"levels that 16 bits cannot tell from the one below: {n_fallen}",)
+    assert steep[1:] == (f"levels that 16 bits cannot distinguish from the one below: {n_fallen}",)
     assert deep[1:] == ("levels between its 4096 entries",)
     with pytest.raises(ParameterError, match="up to 4096 levels, not 4097"):
         encode_response(make_camera(*CURVES), "icc", ExportSettings(n_levels=4097))
@@ -167,7 +167,7 @@ def test_curves_of_different_lengths(tmp_path: Path) -> None:
         (profile({}), "has no curve for each channel"),
         (profile({b"rTRC": curv(), b"gTRC": curv()}), "has no curve for each channel"),
         (profile({b"kTRC": b"mft2" + b"\0" * 40}), "of the type 'mft2'"),
-        (profile({b"kTRC": curv(1, 2)[:-1]}), "should have 2 entries, and its tag has not"),
+        (profile({b"kTRC": curv(1, 2)[:-1]}), "should have 2 entries, and its tag has fewer"),
         (profile({b"kTRC": curv()[:9]}), "is cut short"),
         (profile({b"kTRC": struct.pack(">4s4xI", b"curv", 2**31)}), "should have 2147483648"),
         (profile({b"kTRC": para(5, 1)}), "of the unknown function 5"),

@@ -183,9 +183,7 @@ def test_a_domain_of_its_own_is_remarked_on(tmp_path: Path) -> None:
 
     (remark, *_) = import_response(path).provenance["remarks"]
 
-    assert (
-        remark == f"{path}: of its domain -1 -1 -1 … 2 2 2 the part 0 … 1 was read, at 4096 levels"
-    )
+    assert remark == f"{path}: read the part 0 … 1 of its domain -1 -1 -1 … 2 2 2, at 4096 levels"
 
 
 def test_line_ends_and_names_do_not_matter(tmp_path: Path) -> None:
@@ -228,15 +226,15 @@ def refusal(text: str, folder: Path) -> str:
         (cube("LUT_1D_SIZE 4", "0 0 0\n" * 400_000), "more lines than a table of"),
         (cube("LUT_1D_SIZE 4", "0 " * 40_000), "a line of 79999 characters"),
         (cube("LUT_1D_SIZE 4", "0 0\n" * 4), "'0 0' should be 3 numbers"),
-        (cube("LUT_1D_SIZE 4\nDOMAIN_MAX 0 1 1"), "0 0 0 … 0 1 1 is no range of brightness"),
-        (cube("LUT_1D_SIZE 4\nDOMAIN_MIN nan 0 0"), "is no range of brightness"),
-        (cube("LUT_1D_SIZE 4\nDOMAIN_MIN -1e308 0 0"), "is no range of brightness"),
+        (cube("LUT_1D_SIZE 4\nDOMAIN_MAX 0 1 1"), "0 0 0 … 0 1 1 is not a range of brightness"),
+        (cube("LUT_1D_SIZE 4\nDOMAIN_MIN nan 0 0"), "is not a range of brightness"),
+        (cube("LUT_1D_SIZE 4\nDOMAIN_MIN -1e308 0 0"), "is not a range of brightness"),
         (cube("LUT_1D_SIZE 1", "1 1 1\n"), "fewer than two entries"),
         (cube("LUT_1D_SIZE 2", "1e308 0 0\n5e-324 1 1\n"), "channel R has no irradiance above 0"),
         (spi1d("Components 2", "0 0\n1 1\n"), "has 2 columns"),
         (spi1d("Components 3").replace("}", ""), "no table between braces, or it is cut short"),
         (spi1d("From 0 1"), "no 'COMPONENTS'"),
-        (csp(UNIT * 3).replace("1D", "3D"), "no table of one dimension"),
+        (csp(UNIT * 3).replace("1D", "3D"), "not a table of one dimension"),
         (csp("3\n0 .5 1\n0 .2 1\n" + UNIT * 2), "has a curve before its table"),
         (csp("2\n0 1\n0 2\n" + UNIT * 2), "has a curve before its table"),
         (csp(UNIT * 2), "has a curve before its table"),

@@ -89,8 +89,11 @@ def written(path: Path, **changes: Any) -> Path:
     [
         ({"channels": np.array(["B", "G", "R"])}, "no column for each of Y, or of R, G and B"),
         ({"channels": np.array(["Y"])}, "no column for each of Y, or of R, G and B"),
-        ({"channels": np.array([None])}, "channels is no plain array of numbers or names"),
-        ({"channels": np.array([1.0, 2.0, 3.0])}, "channels is no plain array of numbers or names"),
+        ({"channels": np.array([None])}, "channels is not a plain array of numbers or names"),
+        (
+            {"channels": np.array([1.0, 2.0, 3.0])},
+            "channels is not a plain array of numbers or names",
+        ),
         ({"channels": np.array(["R", "G"])}, "no column for each of Y, or of R, G and B"),
         ({"inverse_lut": np.zeros((5, 4, 3))}, "no column for each"),
         ({"inverse_lut": np.zeros((66_000, 3))}, "66000 levels, more than 65536"),
@@ -119,7 +122,7 @@ def test_objects_are_never_unpickled(tmp_path: Path) -> None:
     path = written(tmp_path / "bad.npz", inverse_lut=np.array([Trap()], dtype=object))
     (tmp_path / "sprung").unlink(missing_ok=True)
 
-    with pytest.raises(CalibrationFileError, match="is no plain array"):
+    with pytest.raises(CalibrationFileError, match="is not a plain array"):
         import_response(path)
 
     assert not (tmp_path / "sprung").exists()
@@ -146,10 +149,10 @@ def npy(shape: str, data: bytes, descr: str = "<f8") -> bytes:
     [
         (npy("256, 3", bytes(100)), "inverse_lut should have 6144 bytes, not 100"),
         (npy("9999999, 9999999", b""), "bytes, not 0"),
-        (npy("256, 3", bytes(6144), "|O8"), "is no plain array"),
-        (npy("256, -3", bytes(6144)), "is no plain array"),
-        (npy("3,", b"\xff" * 12, "<U1"), "is no plain array"),
-        (b"", "is no plain array"),
+        (npy("256, 3", bytes(6144), "|O8"), "is not a plain array"),
+        (npy("256, -3", bytes(6144)), "is not a plain array"),
+        (npy("3,", b"\xff" * 12, "<U1"), "is not a plain array"),
+        (b"", "is not a plain array"),
     ],
 )
 def test_arrays_that_lie_about_their_size(content: bytes, message: str, tmp_path: Path) -> None:

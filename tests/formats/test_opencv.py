@@ -334,7 +334,7 @@ def test_a_long_file_is_not_parsed(tmp_path: Path) -> None:
 def test_what_is_no_text_and_what_is_not_there(tmp_path: Path) -> None:
     (tmp_path / "crf.yml").write_bytes(b"\xff\xfe\x00")
 
-    assert "is no text" in refused(tmp_path / "crf.yml")
+    assert "is not text" in refused(tmp_path / "crf.yml")
     assert "cannot be read: No such file" in refused(tmp_path / "none.yml")
     assert "cannot be read: Is a directory" in refused(tmp_path)
 

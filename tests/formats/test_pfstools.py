@@ -164,11 +164,14 @@ def test_a_curve_that_falls_is_flagged(tmp_path: Path) -> None:
     ("change", "message"),
     [
         (("# rows: 256", "# rows: 255"), "different numbers of levels"),
-        (("# rows: 256", "# rows: 999999999"), "a matrix of 999999999 rows is no response curve"),
-        (("# rows: 256", "# rows: -5"), "a matrix of -5 rows is no response curve"),
+        (
+            ("# rows: 256", "# rows: 999999999"),
+            ("a matrix of 999999999 rows is not a response curve"),
+        ),
+        (("# rows: 256", "# rows: -5"), "a matrix of -5 rows is not a response curve"),
         (("# rows: 256", "# rows: 300"), "the number of columns changed from 3 to "),
         (("# rows: 256", "# rows: 60000"), "a matrix of 60000 rows ends after "),
-        (("# columns: 2", "# columns: 3"), "a matrix has 2 columns, not 3 as it says"),
+        (("# columns: 2", "# columns: 3"), "a matrix has 2 columns, not 3 as its header states"),
         (("   7 ", "   8 "), "levels are not 0, 1, 2"),
         (("   7 ", " seven "), "could not convert string 'seven' to float64 at row 7"),
         (("   7 ", " "), "the number of columns changed from 3 to 2 at row 8"),

@@ -175,7 +175,7 @@ def test_what_is_no_raw_file_is_refused(tmp_path: Path, capfd: pytest.CaptureFix
     path = tmp_path / "a.CR2"
     path.write_bytes(b"no picture at all" * 50)
 
-    assert refusal(path, capfd).startswith("is no raw file that LibRaw ")
+    assert refusal(path, capfd).startswith("is not a raw file that LibRaw ")
 
 
 def test_a_finished_picture_is_no_raw_file(
@@ -184,7 +184,7 @@ def test_a_finished_picture_is_no_raw_file(
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, np.zeros((8, 8, 3), np.uint8), photometric="rgb")
 
-    assert refusal(path, capfd).startswith("is no raw file that LibRaw ")
+    assert refusal(path, capfd).startswith("is not a raw file that LibRaw ")
 
 
 def test_a_demosaiced_dng_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -206,7 +206,7 @@ def test_black_above_white_is_refused(
 ) -> None:
     path = write_dng(tmp_path / "a.dng", mosaic, black=4095, white=4095)
 
-    assert refusal(path, capfd) == "says that black is 4095 and white 4095: no levels between"
+    assert refusal(path, capfd) == "has black at 4095 and white at 4095: no levels between"
 
 
 def test_missing_files_and_folders_are_refused(

@@ -414,7 +414,7 @@ def test_other_integers_are_refused(dtype: str, save: Save, rgb: Pixels) -> None
 def test_tiff_of_odd_bits_is_refused(bits: int, write: Write) -> None:
     data = tiff_bytes(bytes(5 * bits), 8, 5, bits=bits)
 
-    assert refusal(write("a.tif", data)).endswith("not read: convert it to 8 or 16 bits")
+    assert refusal(write("a.tif", data)).endswith("of bits: convert it to 8 or 16 bits")
 
 
 @pytest.mark.parametrize("maximum", [100, 1000, 127])

@@ -101,7 +101,7 @@ def test_untagged_range_is_assumed_with_a_remark(noise: Pixels, tmp_path: Path) 
 
     (remark,) = frames(path)[0].remarks
 
-    assert remark.endswith("black 16, white 235 (assumed: the video does not tell)")
+    assert remark.endswith("black 16, white 235 (assumed: not recorded in the video)")
 
 
 # Colours
@@ -167,7 +167,7 @@ def test_matrix_of_an_untagged_video_is_assumed_by_its_lines(
 
     (remark,) = frames(path, colour=True)[0].remarks
 
-    assert f"by {matrix} (assumed of {lines} lines: the video does not tell)" in remark
+    assert f"by {matrix} (assumed from its {lines} lines: not recorded in the video)" in remark
 
 
 def test_a_strange_matrix_is_refused_for_colours_alone(noise: Pixels, tmp_path: Path) -> None:
@@ -229,7 +229,7 @@ def test_interlaced_video_is_refused(noise: Pixels, tmp_path: Path) -> None:
         options={"qp": "0", "x264-params": "tff=1"},
     )
 
-    assert refusal(path).startswith("is interlaced: the lines of a frame are of two moments")
+    assert refusal(path).startswith("is interlaced: the lines of a frame are from two moments")
 
 
 @pytest.mark.parametrize(
@@ -303,7 +303,7 @@ def test_without_pyav_one_line_says_what_to_install(tmp_path: Path) -> None:
 
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        f"chartless: error: {path}: is a video, which takes PyAV to read: "
+        f"chartless: error: {path}: is a video, which needs PyAV: "
         "in the folder of chartless, run pip install '.[video]'\n"
     )
 

@@ -692,7 +692,7 @@ def test_error_bars_of_the_noise_level_allow_for_the_ratio() -> None:
 
 
 def test_the_noise_level_makes_no_use_of_dark_frames() -> None:
-    with pytest.raises(ParameterError, match=r"^nlf makes no use of dark frames: .*likelihood$"):
+    with pytest.raises(ParameterError, match=r"^nlf does not use dark frames: .*likelihood$"):
         noise_level_search().calibrate(LevelPairs(table_of("srgb"), dark=dark_levels("srgb", 1000)))
 
 

@@ -70,7 +70,7 @@ def of_noise() -> Calibration:
     reading = Reading(
         kind="noise",
         title="noise of repeated frames",
-        sentence="noise, as asked for",
+        sentence="noise, as requested",
         inputs=tuple(range(12)),
         example=0,
     )

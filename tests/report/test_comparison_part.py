@@ -91,14 +91,14 @@ def test_a_difference_in_one_channel_is_not_hidden(of_noise: Calibration) -> Non
 
     assert odd[-1] == ["R0.000", "G0.000", "B0.182"]
     assert texts(part, "b") == ["B 0.182"]
-    wanted = "Channel B differs most. Farthest is odd, by +0.250 at brightness 0.50."
+    wanted = "Channel B differs most. The largest difference is +0.250 (odd, at brightness 0.50)."
     assert wanted in texts(part, "p")
     captions = dict(
         zip((each.get("id") for each in part.iter("figcaption")), texts(part, "figcaption"),
             strict=True)
     )  # fmt: skip
     assert "the same to three digits" in captions["difference-G-text"]
-    assert "Farthest is odd, by +0.250" in captions["difference-B-text"]
+    assert "difference is +0.250 (odd" in captions["difference-B-text"]
 
 
 def test_cameras_of_one_channel_have_no_letters(of_noise: Calibration) -> None:
@@ -126,14 +126,14 @@ def test_the_figures_say_what_they_show(compared: Callable[..., Element]) -> Non
     for channel in "RGB":
         assert "Brightness 0.5 stands for 0.250 to 0.500" in names[f"compared-{channel}-text"]
         told = names[f"difference-{channel}-text"]
-        assert re.search(r"linear, by \+0\.250 at brightness 0\.50", told)
+        assert re.search(r"\+0\.250 \(linear, at brightness 0\.50", told)
 
 
 @pytest.mark.slow
 def test_curves_below_the_first_have_a_sign(compared: Callable[..., Element]) -> None:
     part = compared(steep=ModelCurve("gamma", (0.25,)))
 
-    assert "steep, by −0.250 at brightness 0.71" in texts(part, "figcaption")[3]
+    assert "−0.250 (steep, at brightness 0.71)" in texts(part, "figcaption")[3]
 
 
 def test_curves_that_are_the_same_are_called_so(compared: Callable[..., Element]) -> None:

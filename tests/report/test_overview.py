@@ -50,7 +50,7 @@ def test_one_page_shows_everything(of_noise: Calibration) -> None:
     figure = overview(with_history(of_noise), truth=TRUTH)
 
     titles = [axes.get_title() for axes in titled(figure)]
-    wanted = ("Response", "How sure", "Noise", "Level pairs, channel B", "Seen less", "Search")
+    wanted = ("Response", "How sure", "Noise", "Level pairs, channel B", "Observed minus", "Search")
     assert len(titles) == len(wanted)
     for title, word in zip(titles, wanted, strict=True):
         assert title.startswith(word)
@@ -65,7 +65,7 @@ def test_a_bracket_is_shown_from_exposure_to_exposure(of_bracket: Calibration) -
 
     assert titles[2:] == [
         "Transfer, channel Y (dots: seen, lines: model)",
-        "Light of the pair over what the exposures say",
+        "Light of the pair over the ratio of its exposures",
     ]
 
 

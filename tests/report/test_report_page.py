@@ -148,7 +148,7 @@ def test_figures_of_noise(page: str, parsed: Parse) -> None:
     assert "R ± 0.010 at level 127" in figures["error"]
     assert "120,000 pairs" not in figures["pairs"]
     assert "60,000 pairs of one pixel in two frames, channel B" in figures["pairs"]
-    assert "1.34 times what chance alone gives" in figures["rest"]
+    assert "1.34 times that of chance alone" in figures["rest"]
 
 
 def test_the_noise_in_words_is_that_of_the_camera(page: str, parsed: Parse) -> None:
@@ -169,7 +169,7 @@ def test_figures_of_a_bracket(bracket_page: str, parsed: Parse) -> None:
     assert [*figures] == ["response", "error", "transfer", "ratio"]
     # f = √I: half the light is the level over √2.
     assert "level 128 of an exposure show level 91 in one 2 times shorter" in figures["transfer"]
-    assert "is 0.0% from their ratio" in figures["ratio"]
+    assert "differs by 0.0% from their ratio" in figures["ratio"]
     assert "scatter by 3.0%" in figures["ratio"]
     assert "colours as in “Exposure to exposure”" in figures["ratio"]
 
@@ -196,8 +196,10 @@ def test_verdict_and_figure_say_one_number_of_a_bracket(
 
     figures = {each.get("id"): text_of(each) for each in elements(tree, "figure")}
     (judged,) = (each for each in elements(tree, "section") if "care" in each.get("class", ""))
-    assert "is 5.8% from their ratio in the median (channel R)" in text_of(judged)
-    assert "is R 5.8%, G 1.8%, B 9.1% from their ratio" in figures["ratio"].replace("\xa0", " ")
+    assert "from their ratio by 5.8% (channel R" in text_of(judged)
+    assert "differs by R 5.8%, G 1.8%, B 9.1% from their ratio" in figures["ratio"].replace(
+        "\xa0", " "
+    )
     assert "Channel R, the middle one, by which the bracket is judged" in figures["ratio"]
     assert "Channel R;" in figures["transfer"]
 
@@ -234,8 +236,8 @@ def test_numbers_of_each_channel(page: str, parsed: Parse) -> None:
     assert rows["Noise floor V"] == ["9.00 ± 0.90"] * 3
     assert rows["Levels seen"] == ["3 to 250"] * 3
     assert rows["Pixels compared"] == ["123,456"] * 3
-    assert rows["Pairs left out"] == ["0.25%"] * 3
-    assert rows["Deviance of the level pairs, over that of chance"] == ["1.01", "1.02", "1.34"]
+    assert rows["Excluded pairs"] == ["0.25%"] * 3
+    assert rows["Deviance of the level pairs, relative to chance"] == ["1.01", "1.02", "1.34"]
 
 
 def numbers_of(page: str, parsed: Parse) -> dict[str, list[str]]:
@@ -553,7 +555,7 @@ def test_of_an_imported_curve_no_search_is_reported(
     words = text_of(tree)
     for text in ("evels seen", "Dots:", "converged", "deviation", "Quantity"):
         assert text not in words
-    assert "No error is known for this curve." in words
+    assert "The error of this curve is unknown." in words
     assert all(len(elements(table, "tbody")[0]) for table in elements(tree, "table"))
 
 
@@ -654,7 +656,7 @@ def test_an_account_of_an_unknown_kind_is_shown(of_noise: Calibration, parsed: P
     rows = numbers_of(page, parsed)
     assert rows["Steps of the wedge"] == ["21"] * 3
     assert rows["Distance from the steps"] == ["20.0%"] * 3
-    assert rows["Pairs left out"] == ["0.25%"] * 3
+    assert rows["Excluded pairs"] == ["0.25%"] * 3
 
 
 @pytest.mark.slow

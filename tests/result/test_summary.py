@@ -138,8 +138,8 @@ def test_lines_have_a_value_for_each_channel() -> None:
 
     lines = {line.name: line.values for line in account_lines(channels)}
 
-    assert lines["Pairs left out"] == ("-", "-", "1.00%")
-    assert lines["Deviance of the level pairs, over that of chance"] == ("1.00", "-", "2.00")
+    assert lines["Excluded pairs"] == ("-", "-", "1.00%")
+    assert lines["Deviance of the level pairs, relative to chance"] == ("1.00", "-", "2.00")
 
 
 def test_quantities_of_one_name_are_those_of_their_kind() -> None:

@@ -106,8 +106,8 @@ def test_exposures_whose_light_is_not_their_ratio(misfits: tuple[float, ...], gr
     judged = verdict(channels)
 
     assert judged.grade is grade
-    assert ("6.0% from their ratio" in str(judged)) == (grade is Grade.CARE)
-    assert ("of good brackets 5% or less" in str(judged)) == (grade is Grade.CARE)
+    assert ("from their ratio by 6.0%" in str(judged)) == (grade is Grade.CARE)
+    assert ("good brackets 5% or less" in str(judged)) == (grade is Grade.CARE)
 
 
 def test_the_verdict_names_the_channel_whose_exposures_are_judged() -> None:
@@ -253,4 +253,4 @@ def test_without_an_error_a_curve_wants_care() -> None:
     judged = verdict([response_of("R"), response_of("G", band=None)])
 
     assert judged.grade is Grade.CARE
-    assert "No error is known for this curve." in judged.reasons
+    assert "The error of this curve is unknown." in judged.reasons

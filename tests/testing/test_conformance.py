@@ -149,7 +149,7 @@ def searched_before() -> Any:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"title": ""}, "title should say what it is"),
+        ({"title": ""}, "title should describe it"),
         ({"name": "wedge"}, "register it in KINDS"),
     ],
 )

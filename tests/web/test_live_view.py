@@ -149,5 +149,5 @@ def test_colours_without_what_shines_through() -> None:
 
     assert frame.levels.tolist() == [[[0, 1, 2], [4, 5, 6]]]
     assert frame.white == 255
-    with pytest.raises(ImageError, match="another size"):
+    with pytest.raises(ImageError, match="size differs"):
         frame_of(bytes(7), Shape(2, 1, "rgba", is_full=True))

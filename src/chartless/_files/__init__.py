@@ -84,7 +84,7 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(exist_ok=True)
     except FileNotFoundError as error:
-        msg = f"the folder {path.parent} it should be made in does not exist: create it first"
+        msg = f"its parent folder {path.parent} does not exist: create it first"
         raise OutputError(str(path), msg) from error
     except OSError as error:
         what = "is a file" if path.exists() else f"cannot be made ({error.strerror or error})"

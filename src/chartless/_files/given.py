@@ -34,7 +34,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
     Raises
     ------
     ParameterError
-        If it cannot be read, or is no text.
+        If it cannot be read, or is not text.
     """
     try:
         return Path(path).read_text(encoding="utf-8-sig")

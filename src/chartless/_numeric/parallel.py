@@ -89,7 +89,7 @@ def _on_processes(
         for result in results:  # noqa: UP028 - "yield from" would close it, with warnings
             yield result
     except BrokenProcessPool as error:
-        msg = "a worker process was killed, perhaps for want of memory: use fewer jobs"
+        msg = "a worker process was killed, perhaps for lack of memory: use fewer jobs"
         raise WorkerError(msg) from error
     finally:
         with warnings.catch_warnings():
@@ -131,8 +131,8 @@ def _result(future: Any, name: str, scheduler: str) -> Any:  # noqa: ANN401 - Da
         return future.result()
     except KilledWorker as error:
         msg = (
-            f"{name}: {error.allowed_failures + 1} Dask workers died while running it, perhaps "
-            "for want of memory: see their logs"
+            f"{name}: {error.allowed_failures + 1} Dask workers died while running it, "
+            "perhaps for lack of memory: see their logs"
         )
         raise WorkerError(msg) from error
     except CancelledError as error:
@@ -155,7 +155,10 @@ def _require_scheduler(scheduler: str) -> None:
         msg = f"no Dask scheduler answers at {scheduler}: start one with the command dask scheduler"
         raise ParameterError(msg) from error
     except (ValueError, TypeError) as error:
-        msg = f"{scheduler!r} is no address of a Dask scheduler, such as tcp://host:8786: {error}"
+        msg = (
+            f"{scheduler!r} is not the address of a Dask scheduler, such as tcp://host:8786: "
+            f"{error}"
+        )
         raise ParameterError(msg) from error
     if kind != "Scheduler":
         msg = f"at {scheduler} there is a Dask {kind.lower()}: give the address of the scheduler"

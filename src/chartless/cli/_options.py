@@ -43,7 +43,7 @@ def require_outputs(calibration: Path | None, report: Path | None) -> None:
 
         require_page(report)
         if calibration is not None and calibration.resolve() == report.resolve():
-            msg = f"{calibration} cannot be calibration and report at once: name another --report"
+            msg = f"{calibration} cannot be both calibration and report: choose another --report"
             raise ParameterError(msg)
     if calibration is not None:
         from chartless._files import require_writable

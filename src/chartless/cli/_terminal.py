@@ -188,5 +188,5 @@ def write_report(calibration: "Calibration", path: Path) -> None:
     kept = any(each.example is not None for each in calibration.evidence)
     has_pictures = kept or not (calibration.evidence or is_foreign(calibration.channels))
     if frame is None and has_pictures and not any("frames" in each for each in inputs):
-        remark("the report shows no picture: the frames are not where they were, or have changed")
+        remark("the report shows no picture: the frames were moved or have changed")
     save(calibration, path, frame)

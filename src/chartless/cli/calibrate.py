@@ -81,13 +81,14 @@ def calibrate(
         ),
     ] = None,
     mask: Annotated[
-        Path | None, typer.Option(help="Picture that is black where pixels are to be left out.")
+        Path | None,
+        typer.Option(help="Mask: a picture that is black where pixels are to be excluded."),
     ] = None,
     evidence: Annotated[
         str,
         typer.Option(
-            help="What to use: auto (what there is, see chartless plan), or kinds by name with "
-            f"commas between them, of {', '.join(FOLDERS)}; both is noise,bracket."
+            help="Evidence to use: auto (what the files hold, see chartless plan), or kinds "
+            f"separated by commas, from {', '.join(FOLDERS)}; both means noise,bracket."
         ),
     ] = "auto",
     times: Annotated[
@@ -109,7 +110,7 @@ def calibrate(
         bool,
         typer.Option(
             "--shared-noise",
-            help="noise: take all channels to have one ratio U/V, as before white balance.",
+            help="noise: assume one ratio U/V for all channels, as before white balance.",
         ),
     ] = False,
     rounds: Annotated[int | None, _search("ism: rounds of the search, at most [15].")] = None,
@@ -190,7 +191,7 @@ def calibrate(
     settings = {name: value for name, value in given.items() if value is not None}
     named = parse_settings(setting or (), method or DEFAULT_METHOD)
     for name in settings.keys() & named.keys():
-        msg = f"`{name}` is given by --set and by an option of its own: omit one"
+        msg = f"`{name}` is given both by --set and by its own option: omit one"
         raise ParameterError(msg)
     settings |= named
     if shared_noise:

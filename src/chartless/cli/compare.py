@@ -86,7 +86,7 @@ def compare(
     if recommended is None and any(each.valid for each in comparison.candidates):
         remark("these are too few to recommend a family: choose by RMSE, or measure more samples")
     elif recommended is None:
-        remark("no family gives a valid response: look at the samples near black and white")
+        remark("no family gives a valid response: check the samples near black and white")
     else:
         print(f"\nrecommended: {recommended.model.name}")
     if output is not None:

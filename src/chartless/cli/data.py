@@ -74,7 +74,7 @@ def fetch(name: Name) -> None:
     from chartless import datasets
 
     if datasets.locate(name) is not None:
-        remark(f"{name} is there already, nothing is downloaded")
+        remark(f"{name} is on this computer already: nothing to download")
     else:
         remark(f"downloading {datasets.DATASETS[name].url}")
     path = datasets.fetch(name)

@@ -14,7 +14,7 @@ _SEED = 1
 
 
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to make.")] = Path(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to create.")] = Path(
         "chartless-demo"
     ),
     as_json: AsJson = False,

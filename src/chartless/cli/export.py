@@ -38,7 +38,9 @@ def export(
     ] = None,
     levels: Annotated[
         int | None,
-        typer.Option(help="Entries of the table [what suits the format].", show_default=False),
+        typer.Option(
+            help="Number of entries of the table [chosen by the format].", show_default=False
+        ),
     ] = None,
     size: Annotated[
         str | None,
@@ -73,7 +75,7 @@ def export(
     from chartless.formats import FORMATS, ExportSettings, export_response, load_calibration
 
     if calibration is None:
-        msg = "name the calibration to export, or --list"
+        msg = "give the calibration to export, or --list"
         raise ParameterError(msg)
     name = to or _name_by_suffix(output)
     camera = load_calibration(calibration)
@@ -82,7 +84,7 @@ def export(
         msg = f"{target} is the calibration itself and would be overwritten: give another -o"
         raise ParameterError(msg)
     if output is None and target.exists():  # the calibration may have been imported from it
-        msg = f"{target} is there already: name the file to write with -o"
+        msg = f"{target} exists already: name the file to write with -o"
         raise ParameterError(msg)
     settings = ExportSettings(
         n_levels=levels, size=None if size is None else _parse_size(size), project=project
@@ -142,7 +144,7 @@ def import_(
     target = output or (None if as_json else file.with_suffix(".json"))
     if target is not None:
         if output is None and target.exists():
-            msg = f"{target} is there already: name the calibration to write with -o"
+            msg = f"{target} exists already: name the calibration to write with -o"
             raise ParameterError(msg)
         require_writable(target)
         if target.resolve() == file.resolve():
@@ -219,7 +221,7 @@ def _require_used(each: "AbstractFormat", settings: "ExportSettings") -> None:
     """Refuse what the format has no use for."""
     for name, option in _OPTIONS.items():
         if getattr(settings, name) is not None and name not in each.takes:
-            msg = f"{each.name} has no use for {option}: omit it"
+            msg = f"{each.name} does not use {option}: omit it"
             raise ParameterError(msg)
 
 
@@ -234,7 +236,7 @@ def _name_by_suffix(output: Path | None) -> str:
     if len(fitting) == 1:
         return fitting[0]
     if fitting:
-        msg = f"{suffix} files are of several formats: give --to {' or --to '.join(fitting)}"
+        msg = f"{suffix} files can have several formats: give --to {' or --to '.join(fitting)}"
     else:
         msg = "name the format with --to; chartless export --list shows them"
     raise ParameterError(msg)

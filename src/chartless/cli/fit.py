@@ -76,10 +76,15 @@ def fit(
         print(f"… and {len(rows) - _SHOWN} more (see --json)")
     print(f"RMSE {found.rmse:.6f} over {found.n_samples} samples")
     if brightness[-1] < brightness[0]:
-        remark("brightness falls as irradiance rises: is the order of columns and rows right?")
+        remark("brightness falls as irradiance rises: check the order of columns and rows")
     if not found.converged:
-        remark("the search did not settle: at a limit of the family, or at a kink of its curves")
+        remark(
+            "the search did not converge: it stopped at a limit of the family, or at a kink of "
+            "its curves"
+        )
     if not is_valid(found):
-        remark("the fitted curve is no valid response: it decreases, or misses 0, 1 or the range")
+        remark(
+            "the fitted curve is not a valid response: it decreases, or misses 0, 1 or the range"
+        )
     if output is not None:
         print(f"picture written to {output}")

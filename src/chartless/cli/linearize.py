@@ -144,7 +144,10 @@ def _require_recorded(images: list[Path], inverse: bool) -> None:
 
     for image in filter(is_video, images):
         if inverse or (image.exists() and not image.is_file()):
-            msg = f"{image}: only recorded videos are linearised, and none is made nonlinear"
+            msg = (
+                f"{image}: only recorded videos can be linearised, and no video can be made "
+                "nonlinear"
+            )
             raise ParameterError(msg)
 
 
@@ -154,7 +157,7 @@ def _targets(images: list[Path], output: Path, suffix: str, is_folder: bool) -> 
     if not is_folder:
         several = f"{len(images)} pictures need" if len(images) > 1 else "a video needs"
         if len(images) > 1 or is_video(images[0]):
-            msg = f"{output} is no folder, and {several} one: create it first"
+            msg = f"{output} is not a folder, and {several} one: create it first"
             raise ParameterError(msg)
         targets = [output]
     else:

@@ -49,7 +49,9 @@ def merge(
     bloom_radius: Annotated[
         int,
         typer.Option(
-            min=0, help="Leave out pixels this close to saturated ones where an exposure serves."
+            min=0,
+            help="Exclude pixels this close to saturated ones, unless no other exposure shows "
+            "them.",
         ),
     ] = 0,
     white: Annotated[
@@ -182,18 +184,21 @@ def _bracket(
     from chartless.evidence.exposures import exposures_of, noted_exposures
 
     if len(frames) < 2:  # noqa: PLR2004 - exposures
-        msg = f"{frames[0]} alone is no bracket: give two or more exposures of one scene"
+        msg = f"{frames[0]} alone is not a bracket: give two or more exposures of one scene"
         raise UnfitFramesError(msg)
     if times is None and noted_exposures(settings) is None:
         silent = next(
             (name for name, each in zip(frames, settings, strict=True) if each.exposure is None),
             frames[0],
         )
-        msg = f"{silent} does not tell its exposure: give --times, one for each frame"
+        msg = f"{silent} records no exposure: give --times, one for each frame"
         raise UnfitFramesError(msg)
     found = exposures_of(frames, settings, times=times, checked=False)
     if found is None or len(found.groups) == 1:
-        msg = f"all {len(frames)} frames have one exposure: give different exposures of one scene"
+        msg = (
+            f"all {len(frames)} frames have the same exposure: give different exposures of one "
+            "scene"
+        )
         raise UnfitFramesError(msg)
     return found
 

@@ -64,7 +64,7 @@ def plan(
     taken = {each.kind: each for each in found.taken}
     rows: list[tuple[str, bool, int, str]] = []
     for each in (*found.taken, *found.left):
-        ask = "" if each.kind in taken else "; to use it, ask for it with `evidence`"
+        ask = "" if each.kind in taken else "; to use it, name it in `evidence`"
         rows.append((each.kind, each.kind in taken, each.n_frames, f"{each.sentence}{ask}"))
     rows += [(each.kind, False, 0, str(each)) for each in found.declined]
     rows.sort(key=lambda row: list(KINDS).index(row[0]))

@@ -11,9 +11,11 @@ from chartless.cli._terminal import case_bar, print_json, print_table
 
 app = typer.Typer(help="Reproduce the experiments of the paper.", no_args_is_help=True)
 
-Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to make or go on in.")]
+Output = Annotated[
+    Path, typer.Option("--output", "-o", help="Folder to create, or to continue in.")
+]
 DorfFile = Annotated[
-    Path | None, typer.Option(help="File with the DoRF curves; found or fetched without.")
+    Path | None, typer.Option(help="File with the DoRF curves [found or downloaded].")
 ]
 
 
@@ -21,7 +23,7 @@ DorfFile = Annotated[
 def fits(
     output: Output,
     cases: Annotated[
-        int | None, typer.Option(min=1, help="Fit only so many curves, spread over all.")
+        int | None, typer.Option(min=1, help="Number of curves to fit, spread over all [all].")
     ] = None,
     jobs: Jobs = 1,
     dorf: DorfFile = None,
@@ -81,8 +83,8 @@ def noise(
     scenes: Annotated[
         Path | None,
         typer.Option(
-            help="Folder of RGB photographs, 1600 × 900 pixels or more; without, "
-            "scenery_1600x900 in the folder that CHARTLESS_DATA names."
+            help="Folder of RGB photographs, 1600 × 900 pixels or more [scenery_1600x900 in the "
+            "folder that CHARTLESS_DATA names]."
         ),
     ] = None,
     dorf: DorfFile = None,

@@ -7,7 +7,7 @@ import typer
 
 def serve(
     host: Annotated[
-        str, typer.Option(help="Address to listen on; any but this computer's takes a token.")
+        str, typer.Option(help="Address to listen on; any but this computer's requires a token.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for any free one.")] = 0,
     browser: Annotated[
@@ -19,7 +19,7 @@ def serve(
 ) -> None:
     """Open a page on which frames become curves.
 
-    Files are kept on this computer, and each browser sees its own alone. Stop it with Ctrl-C; then
+    Files are kept on this computer, and each browser sees only its own. Stop it with Ctrl-C; then
     they are removed. With another --host than this computer's own, others on the network who have
     the address with its token can send files here, over a connection that is not encrypted.
 

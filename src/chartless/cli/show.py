@@ -54,7 +54,7 @@ def show(
         save_figure(overview(loaded, truth=known), output)
     if report is not None:
         if report.resolve() == calibration.resolve():
-            msg = f"{report} would overwrite the calibration: name another --report"
+            msg = f"{report} would overwrite the calibration: choose another --report"
             raise ParameterError(msg)
         write_report(loaded, report)
     if as_json:

@@ -13,10 +13,10 @@ from chartless.errors import ParameterError
 def simulate(
     scene: Annotated[
         Path,
-        typer.Argument(help="Picture whose values are taken for irradiance.", show_default=False),
+        typer.Argument(help="Picture whose values are taken as irradiance.", show_default=False),
     ],
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder to make.", show_default=False)
+        Path, typer.Option("--output", "-o", help="Folder to create.", show_default=False)
     ],
     response: Annotated[
         str,

@@ -42,11 +42,13 @@ def watch(
     until: Annotated[
         float,
         typer.Option(
-            min=0.0, help="Stop when the curve is known to so much of the light at white; 0: never."
+            min=0.0,
+            help="Stop when the error of the curve is at most this share of the light at white; 0: "
+            "never.",
         ),
     ] = 0.045,
     window: Annotated[
-        int, typer.Option(min=10, help="Keep so many pairs of frames and forget older ones.")
+        int, typer.Option(min=10, help="Number of frame pairs to keep; older ones are dropped.")
     ] = 100,
     channels: Annotated[str, typer.Option(help="auto (luma), rgb or luma.")] = "auto",
     strict: Strict = False,

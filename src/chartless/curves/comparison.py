@@ -132,7 +132,7 @@ def compare(
         if MODELS[name].penalty is not None or MODELS[name].n_parameters <= fewest - 2
     ]
     if not names:
-        msg = f"{fewest} samples are too few for every one of the families asked for"
+        msg = f"{fewest} samples are too few for any of the requested families"
         raise ParameterError(msg)
     fits: dict[str, tuple[Fit, ...]] = {}
     for done, name in enumerate(names, start=1):

@@ -81,9 +81,9 @@ class SampledCurve(AbstractCurve):
     def __post_init__(self) -> None:
         x, y = np.asarray(self.irradiance), np.asarray(self.brightness)
         if x.size < 2 or x.shape != y.shape:  # noqa: PLR2004 - a line needs two points
-            msg = "a curve needs two columns, irradiance and brightness, of two rows or more"
+            msg = "a curve needs two columns, irradiance and brightness, with two rows or more"
         elif not (np.all(np.diff(x) > 0) and np.all(np.diff(y) >= 0)):
-            msg = "a response curve must increase: irradiance strictly, brightness never down"
+            msg = "irradiance must increase strictly and brightness must not decrease"
         elif not (x[0] == 0 and x[-1] == 1 and y[0] == 0 and y[-1] == 1):
             msg = (
                 f"a response curve runs from (0, 0) to (1, 1), this one from "

@@ -144,11 +144,11 @@ def _reason(error: OSError | ValueError, folder: Path) -> str:
     response = getattr(error, "response", None)
     if response is not None:
         response.close()  # nobody else does when its status is an error
-        return f"the server answers {response.status_code} {response.reason}".rstrip()
+        return f"the server answered {response.status_code} {response.reason}".rstrip()
     if isinstance(error, PermissionError):
         return f"the folder {folder} cannot be written"
     if not isinstance(error, OSError):  # so pooch says that the checksum is another
-        return "the server sends another file, its SHA-256 differs"
+        return "the server sent a different file: its SHA-256 differs"
     if error.strerror:
         return f"{error.strerror}: {error.filename or folder}"
     return "there is no connection to the server, or it broke off"

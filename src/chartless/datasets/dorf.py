@@ -28,7 +28,7 @@ _SAME_IRRADIANCE = 1e-6
 ARCHIVE = Archive(
     name="dorf",
     what="201 measured response curves of films and cameras",
-    licence="none stated: fetched by each user, not to be passed on",
+    licence="none stated: each user downloads it; not to be redistributed",
     url="https://www.cs.columbia.edu/CAVE/software/dorf/response/dorfCurves.zip",
     file_name="dorfCurves.zip",
     sha256="d030d1ee3cd3243b412dd817b7479873f3680aaea33baaa9c127752880eacd63",
@@ -227,19 +227,19 @@ def load_dorf(path: str | os.PathLike[str] | None = None) -> Dorf:
         folder, found = path, ARCHIVE.find_in(path)
         if found is None:
             forms = ", ".join((ARCHIVE.file_name, *ARCHIVE.other_forms))
-            msg = f"{folder}: holds no DoRF data: it should have one of {forms}"
+            msg = f"{folder}: holds no DoRF data: it should contain one of {forms}"
             raise DatasetError(msg)
         path = found
     read = _READERS.get(path.suffix.lower())
     if read is None:
-        msg = f"{path}: is no form of the DoRF data: give a file in {', '.join(_READERS)}"
+        msg = f"{path}: is not a known form of the DoRF data: give a file in {', '.join(_READERS)}"
         raise DatasetError(msg)
     try:
         with path.open("rb") as stream:
             return read(stream)
     except (ValueError, OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         reason = getattr(error, "strerror", None) or error
-        msg = f"{path}: cannot be read as DoRF: {reason}; it can be had from {ARCHIVE.url}"
+        msg = f"{path}: cannot be read as DoRF: {reason}; download it from {ARCHIVE.url}"
         raise DatasetError(msg) from error
 
 
@@ -269,7 +269,7 @@ def _read_text(stream: IO[bytes]) -> Dorf:
     differs = ~np.isclose(irradiance, irradiance[0], rtol=0.0, atol=_SAME_IRRADIANCE).all(axis=1)
     if differs.any():
         line_number = 6 * int(differs.argmax()) + 4
-        msg = f"line {line_number} holds another irradiance than line 4"
+        msg = f"line {line_number} holds a different irradiance from line 4"
         raise ValueError(msg)
     names, scales = ([line.strip() for line in lines[place::6]] for place in (0, 1))
     return _checked(irradiance[0], curves, names, scales)

@@ -179,7 +179,7 @@ def _require_known(time_error: float | None) -> None:
     """Refuse `time_error` for unknown exposures."""
     if time_error is not None:
         msg = (
-            "`time_error` says how far known exposures may be off, and these are unknown: give "
+            "`time_error` is the error of known exposures, but these are unknown: give "
             "`times` as numbers, or omit `time_error`"
         )
         raise ParameterError(msg)
@@ -261,8 +261,8 @@ def require_exposures(exposures: Floats, names: Sequence[str]) -> None:
         shortest, longest = int(exposures.argmin()), int(exposures.argmax())
         msg = (
             f"{names[longest]} is {exposures[longest]:g}, {names[shortest]} is "
-            f"{exposures[shortest]:g}: no scene spans the {math.log2(MOST_RATIO):.0f} stops that "
-            "they are more than apart; check the times"
+            f"{exposures[shortest]:g}: these are more than {math.log2(MOST_RATIO):.0f} stops "
+            "apart, more than any scene spans; check the times"
         )
         raise ParameterError(msg)
 

@@ -109,7 +109,7 @@ def scene_files(folder: Path) -> list[Path]:
         If there is none.
     """
     if not folder.is_dir():
-        msg = f"{folder}: there is no such folder of photographs to take for scenes"
+        msg = f"{folder}: there is no such folder of photographs for scenes"
         raise ParameterError(msg)
     found = sorted(
         path
@@ -117,7 +117,7 @@ def scene_files(folder: Path) -> list[Path]:
         if path.suffix.lower() in _SUFFIXES and path.is_file()
     )
     if not found:
-        msg = f"{folder}: no photographs ({', '.join(_SUFFIXES)}) to take for scenes"
+        msg = f"{folder}: no photographs ({', '.join(_SUFFIXES)}) for scenes"
         raise ParameterError(msg)
     return found
 

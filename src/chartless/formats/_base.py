@@ -92,7 +92,7 @@ class Source:
         try:
             return self.content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
         except UnicodeDecodeError as error:
-            msg = "is no text"
+            msg = "is not text"
             raise ValueError(msg) from error
 
     @property

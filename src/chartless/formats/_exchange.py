@@ -128,9 +128,9 @@ def import_response(path: str | os.PathLike[str], name: str | None = None) -> Ca
     found = recognised(source) if name is None else FORMATS[name]
     if found is None:
         known = ", ".join(each.name for each in FORMATS.values() if each.is_read)
-        msg = f"{path}: is of no known format ({known}): give its `name` if you know it"
+        msg = f"{path}: is not in a known format ({known}): give its `name` if you know it"
         if _is_own(source):
-            msg = f"{path}: is a calibration of chartless already: use it as it is"
+            msg = f"{path}: is already a calibration of chartless: use it as it is"
         raise CalibrationFileError(msg)
     return _decoded(found, source)
 
@@ -227,7 +227,7 @@ def _require_same_size(path: Path, values: Floats32) -> None:
     if path.exists() and read_frame(path).levels.shape[:2] != values.shape[:2]:
         height, width = values.shape[:2]
         msg = (
-            f"{path} is there already and not of {width} × {height} pixels: move it away or "
+            f"{path} exists already and is not of {width} × {height} pixels: move it away or "
             "export to another folder"
         )
         raise ParameterError(msg)
@@ -244,5 +244,5 @@ def _lost(each: AbstractFormat, calibration: Calibration, encoded: Encoded) -> s
     if not keeps.band and any(r.inverse_lut_std is not None for r in calibration.channels):
         lost.append("the error band")
     if not keeps.range and any(r.observed_levels != full for r in calibration.channels):
-        lost.append("which levels were seen")
+        lost.append("which levels were observed")
     return "; ".join([*lost, *encoded.lost])

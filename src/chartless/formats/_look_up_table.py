@@ -64,12 +64,12 @@ class AbstractLookUpTable(AbstractFormat):
             return calibration_of(table, source, self.name)
         interval = " … ".join(" ".join(f"{each:g}" for each in end) for end in ends)
         if not (np.abs(ends).max() <= _WIDEST and np.all(ends[0] < ends[1])):
-            msg = f"its domain {interval} is no range of brightness"
+            msg = f"its domain {interval} is not a range of brightness"
             raise ValueError(msg)
         brightness = np.linspace(0, 1, max(_RESAMPLED, len(table)))
         columns = [
             np.interp(brightness, np.linspace(first, last, len(table)), column)
             for first, last, column in zip(*ends, table.T, strict=True)
         ]
-        remark = f"of its domain {interval} the part 0 … 1 was read, at {len(brightness)} levels"
+        remark = f"read the part 0 … 1 of its domain {interval}, at {len(brightness)} levels"
         return calibration_of(np.column_stack(columns), source, self.name, remarks=[remark])

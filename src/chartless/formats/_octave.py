@@ -54,13 +54,13 @@ def require_levels(column: Floats) -> None:
 
 def _matrix(lines: list[str], n_rows: int, n_columns: int) -> Floats:
     if not 0 < n_rows <= MOST_LEVELS:
-        msg = f"a matrix of {n_rows} rows is no response curve"
+        msg = f"a matrix of {n_rows} rows is not a response curve"
         raise ValueError(msg)
     if len(lines) < n_rows:
         msg = f"a matrix of {n_rows} rows ends after {len(lines)}"
         raise ValueError(msg)
     values = np.loadtxt(lines, comments=None, ndmin=2)
     if values.shape[1] != n_columns:
-        msg = f"a matrix has {values.shape[1]} columns, not {n_columns} as it says"
+        msg = f"a matrix has {values.shape[1]} columns, not {n_columns} as its header states"
         raise ValueError(msg)
     return values

@@ -23,7 +23,7 @@ def lines_of(source: Source) -> list[str]:
     Raises
     ------
     ValueError
-        If it is no text, or has more or longer lines than tables have.
+        If it is not text, or has more or longer lines than tables have.
     """
     text = source.text
     if text.count("\n") > _MOST_LINES:

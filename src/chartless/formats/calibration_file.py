@@ -129,7 +129,7 @@ def from_json(content: object) -> Calibration:
     version = content.get("version")
     if type(version) is not int or not 1 <= version <= VERSION:
         msg = (
-            f"written in version {version} of the format, this chartless reads versions 1 to "
+            f"written in version {version} of the format; this chartless reads versions 1 to "
             f"{VERSION}: install the newer chartless that wrote it"
         )
         raise CalibrationFileError(msg)

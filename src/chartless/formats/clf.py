@@ -91,7 +91,8 @@ def _dimensions(outline: str) -> list[int]:
         msg = "holds more than one array: only a single LUT1D is a response curve"
         raise ValueError(msg)
     if re.search("<!(?!--)", outline):
-        msg = "it declares a document type, which the format has not"  # and which may be a bomb
+        # It may be a bomb.
+        msg = "it declares a document type, which the format does not have"
         raise ValueError(msg)
     root = ET.fromstring(outline)  # noqa: S314 - without a document type there are no entities
     operations = [node for node in root if _local(node) not in _DESCRIBING]

@@ -52,7 +52,7 @@ class Csp(AbstractLookUpTable):
         """Table of three columns; its pre-tables must be of two points that go to 0 and 1."""
         lines = without_comments(lines_of(source))
         if lines[1:2] != ["1D"]:
-            msg = "is no table of one dimension (1D): others mix the channels"
+            msg = "is not a table of one dimension (1D): others mix the channels"
             raise ValueError(msg)
         start = lines.index("END METADATA") + 1 if "END METADATA" in lines else 2
         end = start + 3 * _N_CHANNELS

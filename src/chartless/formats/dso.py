@@ -59,7 +59,7 @@ class Dso(AbstractFormat):
         """Luma of three channels, as these programs make pictures grey before they look at them."""
         if settings.size is None:
             msg = (
-                "DSO wants a picture of the camera's size beside the response: "
+                "DSO needs a picture of the camera's size beside the response: "
                 "give its `size`, such as 640x480"
             )
             raise ParameterError(msg)

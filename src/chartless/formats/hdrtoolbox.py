@@ -121,7 +121,7 @@ def _numbers(
     dimensions = np.frombuffer(shape, f"{order}i4").tolist()
     is_real = (flag & _CLASS) in _CLASSES and not flag & _COMPLEX and values[0] in _NUMBERS
     if not is_real or len(dimensions) != 2 or min(dimensions) < 1:  # noqa: PLR2004
-        msg = f"{_VARIABLE} is no matrix of numbers"
+        msg = f"{_VARIABLE} is not a matrix of numbers"
         raise ValueError(msg)
     return np.frombuffer(values[1], order + _NUMBERS[values[0]]).reshape(dimensions, order="F")
 

@@ -227,14 +227,14 @@ def _nodes_of(lines: list[str]) -> Floats:
     for number, line in enumerate(lines[1:], start=1):
         if _parameters(line, number, first) != first:
             msg = (
-                f"picture {number} has another response than picture 0: "
-                "keep the pictures of one camera"
+                f"picture {number} has a different response from picture 0: keep the pictures "
+                "of one camera"
             )
             raise ValueError(msg)
     if first["Rt"] == _LINEAR:
         return UNIFORM_IRRADIANCE
     if first["Rt"] != _EMOR:
-        msg = f"it has a response of type Rt{first['Rt']:g}, of which a project holds no curve"
+        msg = f"it has a response of type Rt{first['Rt']:g}, for which a project holds no curve"
         raise ValueError(msg)
     return _nodes(np.array([first[name] for name in COEFFICIENTS]))
 
@@ -244,7 +244,7 @@ def _parameters(line: str, number: int, first: dict[str, float]) -> dict[str, fl
     values = dict.fromkeys((*COEFFICIENTS, "Rt"), 0.0)
     for name, link, text in _PARAMETER.findall(line):
         if link and not (text.isdecimal() and int(text[:9]) < number):
-            msg = f"{name}={text[:20]} of picture {number} is no picture before it"
+            msg = f"{name}={text[:20]} of picture {number} is not an earlier picture"
             raise ValueError(msg)
         values[name] = first[name] if link else _number(name, text)
     return values
@@ -271,5 +271,5 @@ def _ignored(lines: list[str]) -> list[str]:
     }
     shown = ", ".join(name for name in _DEFAULTS if name in recorded)
     return (
-        [f"exposure, white balance and vignetting ({shown}) are no part of it"] if recorded else []
+        [f"exposure, white balance and vignetting ({shown}) are not part of it"] if recorded else []
     )

@@ -76,7 +76,7 @@ class Icc(AbstractFormat):
     name: ClassVar[str] = "icc"
     title: ClassVar[str] = "ICC input profile"
     suffix: ClassVar[str] = ".icc"
-    programs: ClassVar[str] = "darktable and what else has LittleCMS"
+    programs: ClassVar[str] = "darktable and other programs with LittleCMS"
     tested_with: ClassVar[str] = "LittleCMS (Pillow), OpenColorIO"
     precision: ClassVar[float] = 7.7e-6
     keeps: ClassVar[Keeps] = Keeps(channels="each", scale="1 at white", verdict="a description")
@@ -102,12 +102,12 @@ class Icc(AbstractFormat):
             **{name: _xyz(colour) for name, colour in _PRIMARIES.items()},
             **dict(zip(_CURVES[0][1], curves, strict=True)),
         }
-        lost = ["the camera's primaries, unknown: those of sRGB are in their place"]
+        lost = ["the camera's primaries, which are unknown: those of sRGB stand in"]
         if n_entries < n_levels:
             lost.append(f"levels between its {n_entries} entries")
         joined = int((np.diff(entries, axis=0) == 0).sum(axis=0).max())
         if joined:
-            lost.append(f"levels that 16 bits cannot tell from the one below: {joined}")
+            lost.append(f"levels that 16 bits cannot distinguish from the one below: {joined}")
         return Encoded(_profile(tags), tuple(lost))
 
     @override
@@ -210,7 +210,7 @@ def _samples(tag: memoryview) -> Floats:
         if count == 0:
             return np.array([0.0, 1.0])
         if count > MOST_LEVELS or 12 + 2 * count > len(tag):
-            msg = f"a curve should have {count} entries, and its tag has not"
+            msg = f"a curve should have {count} entries, and its tag has fewer"
             raise ValueError(msg)
         entries = np.frombuffer(tag, ">u2", count, 12)
         return np.power(_BRIGHTNESS, entries[0] / 256) if count == 1 else entries / _FULL

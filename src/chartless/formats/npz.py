@@ -189,7 +189,7 @@ def _array(name: str, content: bytes) -> npt.NDArray[Any]:
     """Array, of float64 but for the names; its header and size must agree before NumPy reads it."""
     header = _HEADER.match(content)
     if header is None or (b"U" in header[1]) != (name == _NAMES):
-        msg = f"{name} is no plain array of numbers or names"
+        msg = f"{name} is not a plain array of numbers or names"
         raise ValueError(msg)
     shape = [int(each) for each in header[2].split(b",") if each.strip()]
     size = math.prod(shape) * np.dtype(header[1].decode()).itemsize

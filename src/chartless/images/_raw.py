@@ -171,7 +171,7 @@ def _mosaic(path: Path, raw: "rawpy.RawPy") -> _Mosaic:
     noted = raw.camera_white_level_per_channel or (raw.white_level,) * len(black)
     white = tuple(min(float(level), float(raw.white_level)) for level in noted)
     if any(low >= high for low, high in zip(black, white, strict=True)):
-        msg = f"says that black is {max(black):g} and white {min(white):g}: no levels between"
+        msg = f"has black at {max(black):g} and white at {min(white):g}: no levels between"
         raise ImageError(str(path), msg)
     return _Mosaic(levels, numbers, tuple(colours), black, white)
 
@@ -214,8 +214,9 @@ def _opened(path: Path) -> Iterator["rawpy.RawPy"]:
                 raw.unpack()
             except rawpy.LibRawFileUnsupportedError as error:
                 msg = (
-                    f"is no raw file that LibRaw {'.'.join(map(str, rawpy.libraw_version))} "
-                    "knows: update rawpy, or convert the file to DNG"
+                    "is not a raw file that LibRaw "
+                    f"{'.'.join(map(str, rawpy.libraw_version))} supports: update rawpy, or "
+                    "convert the file to DNG"
                 )
                 raise ImageError(str(path), msg) from error
             except (rawpy.LibRawError, rawpy.NotSupportedError, NotImplementedError) as error:

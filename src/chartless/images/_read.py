@@ -315,7 +315,7 @@ def _open(path: Path, head: bytes) -> oiio.ImageInput:
     if _TOO_LARGE.search(reason):
         raise _too_large(path) from OSError(reason)
     if "bits per sample" in reason:
-        msg = "stores samples of bits that are not read: convert it to 8 or 16 bits"
+        msg = "stores samples with an unsupported number of bits: convert it to 8 or 16 bits"
         raise ImageError(str(path), msg) from OSError(reason)
     if head.startswith(_MAGIC):
         raise _damaged(path) from OSError(reason)

@@ -78,7 +78,7 @@ def read_video(
     try:
         import av
     except ImportError as error:
-        msg = f"is a video, which takes PyAV to read: {how_to_install('video')}"
+        msg = f"is a video, which needs PyAV: {how_to_install('video')}"
         raise ImageError(str(path), msg) from error
     place = 0
     try:
@@ -99,7 +99,10 @@ def read_video(
         where = f"after frame {place}" if place else "or no video"
         msg = f"is damaged {where} ({error.strerror}): copy it again or cut it before"
         if not is_file:
-            msg = f"gives no pictures ({error.strerror}): check that the camera is there and free"
+            msg = (
+                f"gives no pictures ({error.strerror}): check that the camera is connected and "
+                "not in use"
+            )
         raise ImageError(str(path), msg) from error
     if not place:
         msg = "has no frames: copy it again"
@@ -156,7 +159,7 @@ def _refuse_unfit(path: Path, decoded: "av.VideoFrame") -> None:
         msg = "is damaged, and the decoder guessed what is missing: copy it again or cut it before"
     elif decoded.interlaced_frame:
         msg = (
-            "is interlaced: the lines of a frame are of two moments, and deinterlacing mixes "
+            "is interlaced: the lines of a frame are from two moments, and deinterlacing mixes "
             "their noise; record progressive video"
         )
     elif form.has_palette or form.is_bayer or form.name.startswith("xyz"):
@@ -211,7 +214,7 @@ def _scale(decoded: "av.VideoFrame") -> _Scale:
     bits, tagged = form.components[0].bits, decoded.color_range
     is_luma = not form.is_rgb and len(form.components) > 1 and not form.name.startswith("yuvj")
     is_full = tagged == _FULL if tagged in {_LIMITED, _FULL} else not is_luma
-    assumed = "" if tagged in {_LIMITED, _FULL} else " (assumed: the video does not tell)"
+    assumed = "" if tagged in {_LIMITED, _FULL} else " (assumed: not recorded in the video)"
     if is_full:
         top = (1 << bits) - 1
         return _Scale(bits, 0, top, top, assumed)
@@ -231,7 +234,7 @@ def _matrix(path: Path, decoded: "av.VideoFrame") -> _Matrix:
     tagged = decoded.colorspace
     if tagged == _UNSPECIFIED:
         likely = _MATRICES[1 if decoded.height >= _HD else 6]
-        assumed = f" (assumed of {decoded.height} lines: the video does not tell)"
+        assumed = f" (assumed from its {decoded.height} lines: not recorded in the video)"
         return likely._replace(assumed=assumed)
     if tagged not in _MATRICES:
         msg = (

@@ -146,7 +146,7 @@ def grey_factors(calibration: Calibration) -> Floats:
 def _checked(frames: Sequence[Frame], exposures: Sequence[float] | Floats, sweeps: int) -> Floats:
     times = np.asarray(exposures, dtype=np.float64)
     if len(frames) < 2:  # noqa: PLR2004 - exposures
-        msg = f"{len(frames)} frame is no bracket: give two or more exposures of one scene"
+        msg = f"{len(frames)} frame is not a bracket: give two or more exposures of one scene"
         raise UnfitFramesError(msg)
     if times.shape != (len(frames),):
         msg = f"{times.size} exposures were given for {len(frames)} frames: give one for each"

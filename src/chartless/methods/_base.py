@@ -138,7 +138,7 @@ class AbstractCalibrator(ABC):
             raise ParameterError(msg)
         pairs = evidence.get(LevelPairs)
         if pairs is not None and pairs.dark is not None and not self.uses_dark:
-            msg = f"{self.method} makes no use of dark frames: choose the method likelihood"
+            msg = f"{self.method} does not use dark frames: choose the method likelihood"
             raise ParameterError(msg)
 
     @abstractmethod

@@ -54,7 +54,7 @@ def draw_differences(axes: Axes, responses: Sequence[Response]) -> None:
                 brightness, apart - spread, apart + spread, color=colour, alpha=0.2, linewidth=0
             )
     axes.set(
-        title="Light less that of the first (bands: one deviation)",
+        title="Light minus that of the first (bands: one deviation)",
         xlabel="brightness",
         ylabel="difference of irradiance",
         xlim=(0, 1),

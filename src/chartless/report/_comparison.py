@@ -117,7 +117,7 @@ def _differences(channel: _Channel, limits: tuple[float, float]) -> Drawing:
         axes.set_ylim(limits)
 
     text = (
-        f"Light that a brightness stands for, less that of the first. {_farthest(channel)} Curves "
+        f"Light that a brightness stands for, minus that of the first. {_farthest(channel)} Curves "
         "whose bands overlap may be the same; colours as in “Response”."
     )
     return _drawing("difference", "Difference from the first", channel, draw, text)
@@ -167,7 +167,7 @@ def _farthest(channel: _Channel) -> str:
         return "All are the same to three digits, 0.000."
     signed = f"{most:+.3f}".replace("-", "\N{MINUS SIGN}")
     name = channel.curves[camera][0]
-    return f"Farthest is {name}, by {signed} at brightness {_BRIGHTNESS[place]:.2f}."
+    return f"The largest difference is {signed} ({name}, at brightness {_BRIGHTNESS[place]:.2f})."
 
 
 def _farthest_of_all(channels: Sequence[_Channel]) -> str:

@@ -27,7 +27,7 @@ GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.DISAGREEMENT, Flag.N
 and the others always."""
 
 _TYPICAL = "The curve is assumed, not measured: its error is that of typical cameras."
-_NO_ERROR = "No error is known for this curve."
+_NO_ERROR = "The error of this curve is unknown."
 _ASSUMED = "The curve is assumed, not measured: its error for this camera is not known."
 _MOST_CHIEF = 2
 
@@ -103,7 +103,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     ...     observed_levels=(0, 255), n_pairs=1, method="debevec", status=Status.CONVERGED,
     ... )
     >>> print(verdict([bare]))
-    usable with care: No error is known for this curve.
+    usable with care: The error of this curve is unknown.
     """
     grave = {flag for response in channels for flag in _grave(response)}
     other = {flag for response in channels for flag in response.flags} - grave
@@ -192,7 +192,7 @@ def _of_white(std: float | None) -> list[str]:
         return []
     sentence = (
         f"The light at white, and with it one factor for all levels of a channel, is known to "
-        f"± {std:.0%}: compare light with light, and balance the channels anew."
+        f"± {std:.0%}: use only ratios of light, and balance the channels again."
     )
     return [sentence]
 

@@ -31,7 +31,7 @@ def check_format(each: AbstractFormat) -> None:
     name = each.name
     assert name, "a format needs a name"
     assert each.suffix.startswith("."), f"{name}: suffix should begin with a dot"
-    assert each.title, f"{name}: title should say what it is"
+    assert each.title, f"{name}: title should describe it"
     assert each.is_written or each.is_read, f"{name}: is neither read nor written"
     if not (each.is_written and each.is_read):
         return

@@ -55,12 +55,12 @@ def check_kind(kind: AbstractKind[Any, Any], evidence: AbstractEvidence) -> Cali
     name = kind.name
     assert name in KINDS, f"{name}: register it in KINDS"
     assert KINDS[name] is kind, f"{name}: another kind has this name in KINDS"
-    assert kind.title, f"{name}: title should say what it is"
+    assert kind.title, f"{name}: title should describe it"
     _check_options(kind)
     declined = kind.proposed(Inputs((), (), None), kind.options())
-    assert isinstance(declined, Declined), f"{name}: proposes something where nothing was given"
+    assert isinstance(declined, Declined), f"{name}: proposes something without inputs"
     assert declined.reason, f"{name}: declines without a reason"
-    assert declined.advice, f"{name}: declines without saying what to do"
+    assert declined.advice, f"{name}: declines without advice"
     assert not str(declined).endswith("."), f"{name}: sentences have no full stop"
     assert evidence.channels in _CHANNELS, f"{name}: channels are Y, or R, G and B"
     pickle.loads(pickle.dumps(evidence))  # noqa: S301 - made here
@@ -198,7 +198,7 @@ def _check_account(kind: AbstractKind[Any, Any], response: Response) -> None:
         assert fact.label, f"{kind.name}: the fact {fact.code} needs a label"
         assert fact.text, f"{kind.name}: the fact {fact.code} shows nothing"
     if kind.holds.constrains:
-        assert account.fits, f"{kind.name}: says nothing of how well the curve explains it"
+        assert account.fits, f"{kind.name}: does not state how well the curve explains it"
     for fit in account.fits:
         assert np.isfinite(fit.value), f"{kind.name}: the fit {fit.code} is {fit.value}"
 

@@ -149,7 +149,7 @@ class _Desk:
             if each.last_used <= latest and not each.is_busy
         }
         if not quiet:
-            msg = "as many browsers as this page takes are at work: try again later"
+            msg = "too many browsers are using this page: try again later"
             raise LimitError(msg)
         quietest = self._workspaces.pop(min(quiet, key=quiet.__getitem__))
         closing = asyncio.create_task(quietest.close())
@@ -274,7 +274,7 @@ async def _save_live(request: Request, workspace: Workspace) -> Response:
 
 def _live(request: Request, workspace: Workspace) -> LiveView:
     if workspace.live is None or workspace.live.id != request.path_params["view"]:
-        raise HTTPException(404, "The camera was started anew, or not at all: start it here.")
+        raise HTTPException(404, "The camera was restarted, or never started: start it here.")
     return workspace.live
 
 
@@ -286,7 +286,7 @@ def _live_shape(request: Request) -> tuple[Shape, float]:
         shape = Shape(width, height, given["kind"], given["full"] == "1")
         until = float(given["until"])
     except (KeyError, ValueError) as error:
-        raise HTTPException(400, "The address does not say what the frame is.") from error
+        raise HTTPException(400, "The address does not describe the frame.") from error
     if min(width, height) < 1 or shape.n_bytes > MOST_BYTES:
         raise HTTPException(413, "The camera's frames are too large for this page.")
     return shape, until
@@ -307,7 +307,7 @@ async def _options(request: Request) -> dict[str, Any]:
     except (ValueError, RecursionError):
         options = None
     if not isinstance(options, dict):
-        raise HTTPException(400, "The options are no JSON object.")
+        raise HTTPException(400, "The options are not a JSON object.")
     return options
 
 
@@ -329,7 +329,7 @@ async def _chunks(request: Request) -> AsyncIterator[bytes]:
             async with asyncio.timeout(_PATIENCE):
                 chunk = await anext(chunks)
         except TimeoutError as error:
-            raise HTTPException(408, "The rest of it did not come: send it again.") from error
+            raise HTTPException(408, "The rest of it did not arrive: send it again.") from error
         if not chunk:
             return
         yield chunk

@@ -89,7 +89,7 @@ class Guard:
             or (origin is not None and origin.partition("://")[2] != host)
             or (not is_safe and HEADER not in headers)
         ):
-            return PlainTextResponse("Only the page itself may ask this.", 403)
+            return PlainTextResponse("Only the page itself may request this.", 403)
         return None
 
     def _admission(self, scope: Scope) -> Response | None:

@@ -46,7 +46,7 @@ def frame_of(content: bytes, shape: Shape) -> Frame:
         If they are not as many as the shape asks for.
     """
     if shape.kind not in {"luma", "rgba"} or min(shape[:2]) < 1 or len(content) != shape.n_bytes:
-        msg = "sent a frame of another size than it says: load the page again"
+        msg = "sent a frame whose size differs from that stated: load the page again"
         raise ImageError(str(_NAME), msg)
     samples = np.frombuffer(content, np.uint8).reshape(shape.height, shape.width, -1)
     if shape.kind == "rgba":

@@ -57,7 +57,7 @@ def serve(
         import starlette  # noqa: F401 - what else `_app` imports comes with chartless
         import uvicorn
     except ImportError as error:
-        msg = f"the page takes {error.name}, which is an extra: {how_to_install('web')}"
+        msg = f"the page needs {error.name}, which is an extra: {how_to_install('web')}"
         raise ParameterError(msg) from error
     with _listening(host, port) as listener, _folder() as folder, _terminable():
         from chartless.web._app import make_app
@@ -106,7 +106,7 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
     except (socket.gaierror, UnicodeError) as error:
-        msg = f"{host!r} is no address of this computer: omit --host to use {_LOOPBACK}"
+        msg = f"{host!r} is not an address of this computer: omit --host to use {_LOOPBACK}"
         raise ParameterError(msg) from error
     with socket.socket(family, kind, protocol) as listener:
         if sys.platform != "win32":  # there it would share the port with others
@@ -117,8 +117,8 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
         except (OSError, OverflowError) as error:
             reason = getattr(error, "strerror", None) or error
             msg = (
-                f"cannot listen on {host}, port {port} ({reason}): choose another --port, or leave "
-                "it away for any that is free"
+                f"cannot listen on {host}, port {port} ({reason}): choose another --port, or "
+                "use --port 0 for any free one"
             )
             raise ParameterError(msg) from error
         yield listener

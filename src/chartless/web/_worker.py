@@ -57,7 +57,7 @@ def _answer(task: "JsonObject", send: "Send") -> "JsonObject":
     except ChartlessError as error:
         return {"failed": _line(with_options(str(error)))}
     except MemoryError:
-        text = "that takes more memory than there is: give smaller or fewer frames"
+        text = "that needs more memory than there is: give smaller or fewer frames"
         return {"failed": text, "broken": True}
     except OSError as error:  # its own text has a path of this computer
         text = f"the computer cannot do it now ({error.strerror or error}): try again"

@@ -115,7 +115,7 @@ async def _asked(process: Process, task: JsonObject, progress: Progress) -> Json
         if "stage" not in answer:
             return answer
         progress(answer["stage"], answer["share"])
-    text = "the calculation was stopped, perhaps for want of memory: give smaller or fewer frames"
+    text = "the calculation was stopped, perhaps for lack of memory: give smaller or fewer frames"
     return {"failed": text, "broken": True}
 
 

@@ -31,7 +31,7 @@ export function setUpLive({ ask, showMessage, attempt, redraw, saved }) {
   }
 
   async function open() {
-    if (!navigator.mediaDevices) throw new Error("This browser gives a page no camera here: use chartless watch in a terminal.");
+    if (!navigator.mediaDevices) throw new Error("This browser gives pages no camera here: use chartless watch in a terminal.");
     stream = await navigator.mediaDevices.getUserMedia({ video: { width: { ideal: 1280 } }, audio: false })
       .catch((error) => {
         throw new Error(`The camera cannot be used (${error.message}): allow it, or close what uses it.`);

@@ -116,11 +116,11 @@ def account_of_bracket(
     fits = []
     if mismatch is not None:
         remark = (
-            f"The light of two exposures is {mismatch:.1%} from their ratio in the median (channel "
-            f"{channel}), of good brackets {GOOD_MISMATCH:.0%} or less: the camera may have set "
-            "white balance or tone anew."
+            "In the median the light of two exposures differs from their ratio by "
+            f"{mismatch:.1%} (channel {channel}; good brackets {GOOD_MISMATCH:.0%} or less): "
+            "the camera may have changed white balance or tone."
         )
-        label = "Light of two exposures off their ratio"
+        label = "Light of two exposures, deviation from their ratio"
         fits.append(Fit("mismatch", label, mismatch, ".1%", good=GOOD_MISMATCH, remark=remark))
     return Account(kind=NAME, facts=tuple(facts), fits=tuple(fits), record=transfers)
 

@@ -54,7 +54,7 @@ def draw_transfers(axes: Axes, response: Response) -> None:
 def draw_transfer_errors(axes: Axes, response: Response) -> None:
     """Draw the light ratio by the curve over the exposure ratio, level by level."""
     axes.set(
-        title="Light of the pair over what the exposures say",
+        title="Light of the pair over the ratio of its exposures",
         xlabel="level in the longer exposure",
         ylabel="relative difference",
         ylim=(-_MOST_APART, _MOST_APART),
@@ -110,6 +110,6 @@ def _words_of_errors(channels: Sequence[Response], shown: Response) -> str:
         else ""
     )
     return (
-        f"In the median the light of two exposures is {of_each(channels, mismatch)} from their "
-        f"ratio{scatter}. {which}; colours as in “Exposure to exposure”."
+        f"In the median the light of two exposures differs by {of_each(channels, mismatch)} "
+        f"from their ratio{scatter}. {which}; colours as in “Exposure to exposure”."
     )

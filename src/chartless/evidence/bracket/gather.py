@@ -413,8 +413,8 @@ class _History:
 def _require_same_pixels(bloom_radius: int, *, aligned: bool) -> None:
     if bloom_radius != 0 and not aligned:
         msg = (
-            "bloom_radius leaves other pixels out of each exposure, and unaligned exposures are "
-            "matched by all of theirs: use one or the other"
+            "bloom_radius excludes different pixels from each exposure, but unaligned "
+            "exposures are matched by all of their pixels: use one or the other"
         )
         raise ParameterError(msg)
 
@@ -424,8 +424,9 @@ def _require_one_curve(frame: Frame, channels: str) -> None:
     levels = frame.levels
     if channels == "luma" and levels.shape[-1] > 1 and np.any(levels != levels[..., :1]):
         msg = (
-            f"{frame.path} has colours, and luma of differently coloured pixels is not one curve "
-            "of light: use channels 'auto' or 'rgb' for exposures of colour pictures"
+            f"{frame.path} is a colour picture, and luma of differently coloured pixels is "
+            "not a single function of light: use channels 'auto' or 'rgb' for exposures of "
+            "colour pictures"
         )
         raise ParameterError(msg)
 

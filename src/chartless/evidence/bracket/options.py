@@ -28,5 +28,5 @@ class Options:
         ),
     )
     bloom_radius: int = option(
-        0, Option("count", "leave out this many pixels around saturated ones.")
+        0, Option("count", "exclude this many pixels around saturated ones.")
     )

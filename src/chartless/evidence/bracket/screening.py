@@ -57,8 +57,8 @@ def screen_bracket(evidence: BracketEvidence) -> dict[str, tuple[Flag, ...]]:
         covered = _coverage(counts)
         if covered < LEAST_COVERAGE:
             msg = (
-                f"channel {name}: the exposures cover {covered:.0%} of the levels, too few to tell "
-                f"a curve (least {LEAST_COVERAGE:.0%}): add longer or shorter exposures"
+                f"channel {name}: the exposures cover {covered:.0%} of the levels, too few "
+                f"for a curve (least {LEAST_COVERAGE:.0%}): add longer or shorter exposures"
             )
             raise UnfitFramesError(msg)
         own = {*common, *([Flag.LEVELS_UNSEEN] if covered < GOOD_COVERAGE else [])}
@@ -99,8 +99,8 @@ def _require_light(evidence: BracketEvidence, counts: Counts) -> None:
         white = counts[worst, -1] > counts[worst, 0]
         colour, other = ("white", "shorter") if white else ("black", "longer")
         msg = (
-            f"{evidence.sources[worst].path} is {clipped[worst]:.0%} {colour}: two exposures must "
-            f"show something; give {other} ones"
+            f"{evidence.sources[worst].path} is {clipped[worst]:.0%} {colour}: two exposures "
+            f"must have unclipped pixels; give {other} ones"
         )
         raise UnfitFramesError(msg)
 
@@ -168,7 +168,7 @@ def _refuse_order(evidence: BracketEvidence, longer: int, shorter: int, how: str
     ratio = np.exp(evidence.log_exposures[longer] - evidence.log_exposures[shorter])
     msg = (
         f"{evidence.sources[longer].path} {how} than {evidence.sources[shorter].path}, though its "
-        f"exposure is said to be {ratio:.3g} times as long: check `times` and the order of the "
+        f"exposure is given as {ratio:.3g} times as long: check `times` and the order of the "
         "files, or give `evidence='noise'` if the exposure was the same"
     )
     raise UnfitFramesError(msg)

@@ -44,12 +44,12 @@ def account_of_pairs(
     fits: list[Fit] = []
     details: dict[str, str] = {}
     if outliers is not None:
-        facts.append(Fact("outliers", "Pairs left out", outliers, ".2%"))
+        facts.append(Fact("outliers", "Excluded pairs", outliers, ".2%"))
     if deviance is not None:
-        label = "Deviance of the level pairs, over that of chance"
+        label = "Deviance of the level pairs, relative to chance"
         fits.append(Fit("deviance", label, deviance, ".2f", GOOD_DEVIANCE, WORST_DEVIANCE))
     if similarity is not None:
-        label = "Image similarity, over that of the truth"
+        label = "Image similarity, relative to the truth"
         fits.append(Fit("similarity", label, similarity, ".3f"))
     if pattern is not None:
         facts.append(Fact("pattern", "Pattern of the misfit", pattern.code))

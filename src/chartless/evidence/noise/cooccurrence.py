@@ -76,12 +76,12 @@ class Cooccurrence(AbstractRecord):
         if mask is not None:
             first, second = first[mask], second[mask]
         if first.shape != second.shape:
-            msg = f"frames of one size are compared, not of {first.shape} and {second.shape}"
+            msg = f"frames to compare must have one size, not {first.shape} and {second.shape}"
             raise ParameterError(msg)
         if n_levels <= np.iinfo(first.dtype).max and first.size:
             highest = max(first.max(), second.max())
             if highest >= n_levels:
-                msg = f"level {highest} is none of 0 to {n_levels - 1}: reduce the levels first"
+                msg = f"level {highest} is above {n_levels - 1}: reduce the levels first"
                 raise ParameterError(msg)
         # Two bytes make a 16-bit index: a quarter of the memory traffic of int64.
         index_type = np.uint16 if n_levels <= 256 else np.uint32  # noqa: PLR2004 - a byte's values
@@ -92,7 +92,7 @@ class Cooccurrence(AbstractRecord):
 
     def __add__(self, other: "Cooccurrence") -> "Cooccurrence":
         if self.n_levels != other.n_levels:
-            msg = f"tables of {self.n_levels} and {other.n_levels} levels do not add"
+            msg = f"tables of {self.n_levels} and {other.n_levels} levels cannot be added"
             raise ParameterError(msg)
         return Cooccurrence(self.counts + other.counts)
 

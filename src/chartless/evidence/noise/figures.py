@@ -44,7 +44,7 @@ def figures(channels: Sequence[Response]) -> tuple[Figure, ...]:
             "pairs", "Level pairs", partial(draw_cooccurrence, response=one), _words_of_pairs(one)
         ),
         Figure(
-            "rest", "Seen less expected", partial(draw_residuals, response=one),
+            "rest", "Observed minus expected", partial(draw_residuals, response=one),
             _words_of_residuals(one),
         ),
     )  # fmt: skip
@@ -77,7 +77,7 @@ def draw_residuals(axes: Axes, response: Response) -> None:
     """
     account = response.account(NAME)
     pattern = f": {account['pattern']}" if "pattern" in account else ""
-    band = _laid_flat(axes, f"Seen less expected{pattern}", _of_seen_noise(response))
+    band = _laid_flat(axes, f"Observed minus expected{pattern}", _of_seen_noise(response))
     # Symmetric counts on the diagonal come in twos, which doubles their variance.
     variance = np.maximum(band.expected, 1.0) * np.where(band.difference == 0, 2, 1)
     residual = (band.seen - band.expected) / np.sqrt(variance)
@@ -227,7 +227,7 @@ def _words_of_residuals(response: Response) -> str:
     fit = "This method measures no goodness of fit"
     if "deviance" in account:
         times = f"{account['deviance']:.2f} times"
-        fit = f"The misfit is {times} what chance alone gives (1 is perfect)"
+        fit = f"The misfit is {times} that of chance alone (1 is perfect)"
     elif "similarity" in account:
         fit = f"The similarity is {account['similarity']:.3f} of what the true model would reach"
     pattern = f"; its pattern is “{account['pattern']}”" if "pattern" in account else ""

@@ -122,7 +122,7 @@ def noise_evidence(
             if np.array_equal(before[0].levels, frame.levels):
                 msg = (
                     f"{before[0].path} and {frame.path} show identical pixels, so there is no "
-                    "noise to read: give different shots of the scene"
+                    "noise to measure: give different shots of the scene"
                 )
                 raise UnfitFramesError(msg)
             pairs, check = compare_pair(before[1], planes, n_levels, mask)

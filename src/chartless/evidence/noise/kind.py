@@ -49,9 +49,12 @@ class Noise(AbstractKind[Options, NoiseEvidence]):
             return Declined(self.name, reason, "photograph it again with the same settings")
         if inputs.asked and "bracket" not in inputs.asked and self.name in inputs.asked:
             if inputs.times_given:
-                msg = "noise is that of frames of one exposure: omit `times` or `evidence='noise'`"
+                msg = (
+                    "noise is measured between frames of one exposure: omit `times` or "
+                    "`evidence='noise'`"
+                )
                 raise ParameterError(msg)
-            return Proposal(self.name, "noise, as asked for", everything)
+            return Proposal(self.name, "noise, as requested", everything)
         exposures = inputs.exposures
         if exposures is None:
             reason = "noise (the files record no exposure settings)"
@@ -106,8 +109,8 @@ class Noise(AbstractKind[Options, NoiseEvidence]):
         if not any(map(is_raw, files)):
             return []
         text = (
-            "noise tells to about 0.02 whether raw files are linear: exposures of one scene tell "
-            "it to 0.003"
+            "noise determines to about 0.02 whether raw files are linear, exposures of one "
+            "scene to 0.003"
         )
         return [text]
 
@@ -161,7 +164,7 @@ def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> Nois
     if is_video(items[0]):
         path = Path(items[0])
         if several:
-            msg = f"{path} is a video, which one process reads: omit `jobs` and `scheduler`"
+            msg = f"{path} is a video, which only one process can read: omit `jobs` and `scheduler`"
             raise ParameterError(msg)
         with reader.video(path) as video:
             return still_evidence(
@@ -184,7 +187,7 @@ def _noise(given: Sequence[Item], places: Sequence[int], reader: Reader) -> Nois
         )
     paths = [item for item in items if not isinstance(item, np.ndarray)]
     if len(paths) < len(items):
-        msg = "only files are read by several processes: leave jobs at 1 for arrays"
+        msg = "only files can be read by several processes: use jobs=1 for arrays"
         raise ParameterError(msg)
     from chartless.evidence.noise.accumulate import noise_evidence_of_files
 

@@ -34,36 +34,36 @@ class Pattern(Advice):
     PEAKED = (
         "peaked",
         (
-            "more pixels hardly change and more change a lot than Gaussian noise makes them, the "
-            "mark of denoising and compression: switch these off or use a higher quality"
+            "more pixels hardly change, and more change a lot, than with Gaussian noise, a "
+            "sign of denoising and compression: switch these off or use a higher quality"
         ),
     )
     FAR_TAILS = (
         "far-tails",
         (
-            "some pixels change far more than the others, the mark of movers, flicker and faulty "
-            "pixels: keep the scene still or leave such parts out with a `mask`"
+            "some pixels change far more than the others, a sign of movers, flicker and "
+            "faulty pixels: keep the scene still or exclude such parts with a `mask`"
         ),
     )
     FLAT_TOPPED = (
         "flat-topped",
         (
-            "no pixel changes as much as Gaussian noise makes some, the mark of noise that was "
-            "limited, dithered or made up: give frames as the camera writes them"
+            "no pixel changes as much as some would with Gaussian noise, a sign of noise that "
+            "was limited, dithered or synthesised: give frames as the camera writes them"
         ),
     )
     LEVEL_WISE = (
         "level-wise",
         (
-            "single levels occur more or less often than their neighbours, the mark of stretching, "
+            "single levels occur more or less often than their neighbours, a sign of stretching, "
             "tone mapping and few bits: give frames as the camera writes them"
         ),
     )
     NOISE_LEVEL = (
         "noise-level",
         (
-            "the noise is Gaussian but not as strong at each level as the model has it, the mark "
-            "of a family too stiff for the camera and of processing that depends on brightness: "
+            "the noise is Gaussian but its strength at each level differs from the model, a sign "
+            "of a family too stiff for the camera or of processing that depends on brightness: "
             "switch HDR off, and omit `model`"
         ),
     )

@@ -170,7 +170,7 @@ def unfit(check: PairCheck) -> str | None:  # noqa: PLR0911 - a reason each
     if check.drift > LARGE and check.drift_share > GROSS:
         return (
             f": the brightness changed ({check.drift:.0%} of the levels), or they show different "
-            "scenes: fix exposure and white balance by hand and use steady light; of a bracket, "
+            "scenes: fix exposure and white balance by hand and use steady light; for a bracket, "
             "give `times`, or `times='unknown'`"
         )
     if check.outliers > MOST_MOVERS:
@@ -221,7 +221,7 @@ def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:
         raise UnfitFramesError(msg)
     if np.trace(counts) == table.n_pairs:
         msg = (
-            f"channel {name}: the frames are identical, so there is no noise to read: give "
+            f"channel {name}: the frames are identical, so there is no noise to measure: give "
             "different shots of the scene, not one picture twice"
         )
         raise UnfitFramesError(msg)
@@ -236,7 +236,7 @@ def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:
     if covering and coverage < LEAST_COVERAGE:
         msg = (
             f"channel {name}: levels {low} to {high} of 0 to {top} cover {coverage:.0%} of the "
-            f"range, too little to tell a curve (least {LEAST_COVERAGE:.0%}): photograph a "
+            f"range, too little for a curve (least {LEAST_COVERAGE:.0%}): photograph a "
             "scene with both dark and bright parts"
         )
         raise UnfitFramesError(msg)
@@ -247,7 +247,7 @@ def _screen_table(name: str, table: Cooccurrence, covering: bool) -> list[Flag]:
         msg = (
             f"channel {name}: the brightness changed between frames ({drift:.0%} of their "
             "difference), or they show different scenes: fix exposure and white balance by hand "
-            "and use steady light; of a bracket, give `times`, or `times='unknown'`"
+            "and use steady light; for a bracket, give `times`, or `times='unknown'`"
         )
         raise UnfitFramesError(msg)
     doubts = (

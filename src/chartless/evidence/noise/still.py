@@ -177,8 +177,8 @@ def _evidence(run: _Run, seen: _Seen, sha256: str) -> NoiseEvidence:
     path = seen.last.path
     if seen.n_repeated and seen.n_repeated == seen.n_frames - 1:
         msg = (
-            f"{path}: all frames show identical pixels, so there is no noise to read: record the "
-            "camera itself, with little compression"
+            f"{path}: all frames show identical pixels, so there is no noise to measure: record "
+            "the camera itself, with little compression"
         )
         raise UnfitFramesError(msg)
     _require_steady(path, seen.times)
@@ -188,7 +188,7 @@ def _evidence(run: _Run, seen: _Seen, sha256: str) -> NoiseEvidence:
         raise UnfitFramesError(msg)
     remarks = [*seen.last.remarks, f"used {run}, the longest still part of {seen.n_frames} read"]
     if seen.n_repeated:
-        remarks.append(f"left out {seen.n_repeated} frames that repeat the one before")
+        remarks.append(f"left out {seen.n_repeated} frames that repeat the previous one")
     source = FrameSource(path, sha256, tuple(remarks), (run.first, run.last))
     checks = tuple(run.checks)
     return NoiseEvidence(run.tables, checks, seen.last.bit_depth, (source,), run.n_frames)

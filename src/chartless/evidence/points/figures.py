@@ -31,7 +31,7 @@ def draw_points(axes: Axes, channels: Sequence[Response]) -> None:
         axes.plot(brightness, apart, "o", color=colour, markersize=4, label=response.name)
     axes.axhline(0, color="0.8", linewidth=0.8, zorder=0)
     axes.set(
-        title="Light by the curve, less that measured",
+        title="Light by the curve minus measured light",
         xlabel="brightness",
         ylabel="relative difference",
         xlim=(0, 1),

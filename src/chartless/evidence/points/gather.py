@@ -144,7 +144,7 @@ def _point(path: Path, line: int, cells: list[str], names: list[str]) -> Point:
         std = float(row["std"]) if row.get("std") else USUAL_STD
     except (KeyError, ValueError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
-        msg = f"{path}: line {line} is no point, irradiance and brightness: {what}"
+        msg = f"{path}: line {line} is not a point (irradiance, brightness): {what}"
         raise ParameterError(msg) from None
     channel = row.get("channel", "").upper()
     if not 0 <= irradiance < math.inf:

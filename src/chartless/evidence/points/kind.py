@@ -35,7 +35,7 @@ class Points(AbstractKind[Options, PointsEvidence]):
     def proposed(self, inputs: Inputs, options: Options) -> Proposal | Declined:
         if options.points is None:
             if options.points_absolute:
-                msg = "`points_absolute` says what `points` are: give these as well"
+                msg = "`points_absolute` describes `points`: give these as well"
                 raise ParameterError(msg)
             return Declined(self.name, "no measured points were given", "give them as `points`")
         if not isinstance(options.points, str | os.PathLike):

@@ -33,5 +33,5 @@ class Options:
         ),
     )
     points_absolute: bool = option(
-        False, Option("flag", "irradiance 1 is that of white; without, up to a factor.")
+        False, Option("flag", "irradiance 1 is that of white; without it, irradiance is relative.")
     )

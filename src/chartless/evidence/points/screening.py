@@ -44,8 +44,8 @@ def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag
     path, number = evidence.sources[0].path, points.n_pixels
     if number < LEAST_POINTS:
         msg = (
-            f"{path}: channel {name}: {number} points are neither black nor white, too few to tell "
-            f"a curve (least {LEAST_POINTS}): measure more"
+            f"{path}: channel {name}: {number} points are neither black nor white, too few "
+            f"for a curve (least {LEAST_POINTS}): measure more"
         )
         raise UnfitFramesError(msg)
     used = points.is_used
@@ -72,8 +72,9 @@ def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag
     coverage = (high - low) / (points.n_levels - 1)
     if alone and coverage < LEAST_COVERAGE:
         msg = (
-            f"{path}: channel {name}: the points cover {coverage:.0%} of the brightness range, too "
-            f"little to tell a curve (least {LEAST_COVERAGE:.0%}): add darker or brighter ones"
+            f"{path}: channel {name}: the points cover {coverage:.0%} of the brightness "
+            f"range, too little for a curve (least {LEAST_COVERAGE:.0%}): add darker or "
+            "brighter ones"
         )
         raise UnfitFramesError(msg)
     return (Flag.LEVELS_UNSEEN,) if alone and coverage < GOOD_COVERAGE else ()

@@ -191,7 +191,7 @@ def _spans(raw: RawPicture, frame: Frame) -> tuple[list[_Span], list[_Span]]:
     place = register(shown, np.sqrt(np.maximum(raw.light.mean(axis=-1), 0)))
     if place.correlation < _LEAST_MATCH:
         msg = (
-            f"{frame.path} does not show what {raw.path} does (correlation "
+            f"{frame.path} does not show the same scene as {raw.path} (correlation "
             f"{place.correlation:.2f}; {sizes}): {advice}"
         )
         raise UnfitFramesError(msg)

@@ -111,7 +111,9 @@ def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
     for path in paths:
         first = named.setdefault(path.stem.lower(), path)
         if first is not path:
-            msg = f"{first} and {path} have one name, by which raw files are matched: rename one"
+            msg = (
+                f"{first} and {path} have the same name, by which raw files are matched: rename one"
+            )
             raise UnfitFramesError(msg)
     return named
 

@@ -30,9 +30,9 @@ def _screened(evidence: RawEvidence, name: str) -> tuple[Flag, ...]:
     blocks, clipped = evidence.blocks[name], evidence.clipped[name]
     if blocks.level.size < LEAST_BLOCKS:
         msg = (
-            f"channel {name}: {blocks.level.size} blocks of pixels are even and neither black nor "
-            f"white, too few to tell a curve (least {LEAST_BLOCKS}): photograph a scene with plain "
-            "surfaces, in focus or not, and expose it so that little is clipped"
+            f"channel {name}: {blocks.level.size} blocks of pixels are uniform and unclipped, too "
+            f"few for a curve (least {LEAST_BLOCKS}): photograph a scene with plain surfaces, in "
+            "focus or not, and expose it so that little is clipped"
         )
         raise UnfitFramesError(msg)
     low, high = blocks.observed_levels
@@ -40,7 +40,7 @@ def _screened(evidence: RawEvidence, name: str) -> tuple[Flag, ...]:
     if coverage < LEAST_COVERAGE:
         msg = (
             f"channel {name}: levels {low} to {high} of 0 to {blocks.n_levels - 1} cover "
-            f"{coverage:.0%} of the range, too little to tell a curve (least {LEAST_COVERAGE:.0%}):"
+            f"{coverage:.0%} of the range, too little for a curve (least {LEAST_COVERAGE:.0%}):"
             " photograph a scene with both dark and bright parts, or add a shot of other exposure"
         )
         raise UnfitFramesError(msg)
