@@ -200,7 +200,7 @@ def test_compressed_video_is_never_good_enough(record: Record, chartless: Chartl
 def test_off_a_terminal_a_line_says_how_it_goes(
     record: Record, chartless: Chartless, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("chartless.cli.watch._SAID", 0.0)
+    monkeypatch.setattr("chartless.cli.watch._REPRINTED", 0.0)
 
     done = chartless("watch", record())
 
