@@ -24,6 +24,7 @@ TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "whitening
 FAMILIES = (
     *("gamma", "ameegc0", "ameegc1", "ameegc2", "ameegc2-exact"),
     *("eegc0", "eegc1", "eegc2", "eegc3", "gumbel1", "gumbel2", "gumbel3", "gumbel4"),
+    "ppisp",
 )
 SIGNLESS = {"b", "c", "s"}  # squared in the published forms: the sign is no information
 

@@ -17,8 +17,8 @@ IRRADIANCE = np.linspace(0, 1, 256)
 SAMPLE = (
     "gamma", "ggc0", "ggc2", "ameegc0", "ameegc1", "ameegc2", "ameegc2-exact",
     "eegc0", "eegc3", "eegc6", "meegc0", "meegc2", "meegc5", "gumbel0", "gumbel3", "gumbel6",
-    "pegc0", "pegc2", "pegc5", "poly0", "poly4", "poly10", "conpoly0", "conpoly4", "conpoly10",
-    "emor0", "emor4", "emor24", "emor0-monotone", "emor4-monotone", "inverse-emor0",
+    "pegc0", "pegc2", "pegc5", "ppisp", "poly0", "poly4", "poly10", "conpoly0", "conpoly4",
+    "conpoly10", "emor0", "emor4", "emor24", "emor0-monotone", "emor4-monotone", "inverse-emor0",
     "inverse-emor3", "logemor0", "logemor4", "table",
 )  # fmt: skip
 EXTENSIBLE = sorted(

@@ -150,6 +150,7 @@ _DRAWN: dict[str, Draw] = {
     "ameegc-exact": lambda _: _vector(REAL, REAL, st.floats(-99.9, 99.9) | st.floats(-7, 7)),
     "gumbel": _gumbel,
     "pegc": _first_positive,
+    "ppisp": _reals,
     "ggc": lambda model: _vector(REAL, POSITIVE, POSITIVE) if model.order else _vector(POSITIVE),
     "poly": _reals,
     "conpoly": _reals,

@@ -40,6 +40,7 @@ from chartless.models.logemor import LogEmor
 from chartless.models.meegc import Meegc
 from chartless.models.pegc import Pegc
 from chartless.models.poly import Poly
+from chartless.models.ppisp import Ppisp
 from chartless.models.table import Table
 
 __all__ = [
@@ -65,6 +66,7 @@ __all__ = [
     "Pegc",
     "Poly",
     "PolynomialExponentModel",
+    "Ppisp",
     "PrincipalModel",
     "Property",
     "Table",
