@@ -36,7 +36,7 @@ def check_format(each: AbstractFormat) -> None:
     if not (each.is_written and each.is_read):
         return
     # For a format that holds a family alone, take what a first round trip makes of a camera.
-    camera = _camera() if each.keeps.curves else _again(each, _camera())
+    camera = _again(each, _camera()) if each.keeps.curves else _camera()
     again = _again(each, camera)
     for response in again.channels:
         assert np.all(np.diff(response.inverse_lut) > 0), f"{name}: reads a curve that falls"
