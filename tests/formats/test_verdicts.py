@@ -61,7 +61,7 @@ def said(captured: str) -> list[str]:
 
 
 def test_these_formats_have_room_for_it() -> None:
-    assert NOTED == ["clf", "icc", "csp", "resolve", "cube", "npz"]
+    assert NOTED == ["clf", "icc", "csp", "resolve", "cube", "ppisp", "npz"]
 
 
 @pytest.mark.parametrize("name", NOTED)

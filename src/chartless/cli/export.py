@@ -229,8 +229,11 @@ def _name_by_suffix(output: Path | None) -> str:
     """Return the format of that name, or the only one whose files end so."""
     from chartless.formats import FORMATS
 
+    name = "" if output is None else output.name.lower()
     suffix = "" if output is None else output.suffix.lower()
-    fitting = [each.name for each in FORMATS.values() if each.is_written and each.suffix == suffix]
+    fitting = [
+        each.name for each in FORMATS.values() if each.is_written and name.endswith(each.suffix)
+    ]
     if suffix[1:] in fitting:
         return suffix[1:]
     if len(fitting) == 1:

@@ -27,7 +27,7 @@ UNMEASURED_VIGNETTING = "vignetting, which was not measured"
 """What is lost in a format that wants it."""
 
 _VERDICT = "Verdict of chartless: "
-_RECORDED = re.compile(f"{_VERDICT}([ -;=-~]{{1,400}})")  # printable, up to a tag
+_RECORDED = re.compile(f"{_VERDICT}([ !#-;=-~]{{1,400}})")  # printable, up to a tag or quote
 _LEVELS_OF_CURVE = 256
 _LARGEST = 1e38
 """Largest value, as float32 has it; beyond are gaps, and irradiance below its inverse is none."""
@@ -210,37 +210,40 @@ def calibration_of(
     )
 
 
-def calibration_of_curve(
-    curve: AbstractCurve,
+def calibration_of_curves(
+    curves: Sequence[AbstractCurve],
     source: Source,
     method: str,
     *,
     remarks: Sequence[str] = (),
     falls: bool = False,
 ) -> Calibration:
-    """Calibration of a file that holds one curve for all channels, not a table of levels.
+    """Calibration of a file that holds curves, not a table of levels.
 
     Parameters
     ----------
-    curve : AbstractCurve
-        Drawn through 256 levels.
+    curves : sequence of AbstractCurve
+        One for all channels, which becomes Y, or those of R, G and B; drawn through 256 levels.
     source, method, remarks
         As for `calibration_of`.
     falls : bool
-        Whether it falls somewhere in the file.
+        Whether they fall somewhere in the file.
     """
-    response = Response(
-        name=GREY[0],
-        curve=curve,
-        noise=None,
-        n_levels=_LEVELS_OF_CURVE,
-        observed_levels=(0, _LEVELS_OF_CURVE - 1),
-        n_pairs=0,
-        method=method,
-        status=Status.CONVERGED,
-    )
+    channels = [
+        Response(
+            name=name,
+            curve=curve,
+            noise=None,
+            n_levels=_LEVELS_OF_CURVE,
+            observed_levels=(0, _LEVELS_OF_CURVE - 1),
+            n_pairs=0,
+            method=method,
+            status=Status.CONVERGED,
+        ).with_flags(*([Flag.NOT_MONOTONE] if falls else []))
+        for name, curve in zip(GREY if len(curves) == 1 else RGB, curves, strict=True)
+    ]
     return Calibration(
-        channels=(response.with_flags(*([Flag.NOT_MONOTONE] if falls else [])),),
+        channels=tuple(channels),
         bit_depth=8,
         provenance=_provenance(source, method, [f"{source.path}: {each}" for each in remarks]),
     )

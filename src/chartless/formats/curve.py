@@ -20,7 +20,12 @@ from chartless.formats._base import (
     Source,
     register_format,
 )
-from chartless.formats._tables import calibration_of_curve, inverse_table, luma, strictly_increasing
+from chartless.formats._tables import (
+    calibration_of_curves,
+    inverse_table,
+    luma,
+    strictly_increasing,
+)
 from chartless.formats._text import lines_of, without_comments
 from chartless.result.calibration import Calibration
 
@@ -70,7 +75,7 @@ class Curve(AbstractFormat):
             curve = SampledCurve(tuple(irradiance), tuple(brightness))
         except ParameterError as error:  # which is about a request, not a file
             raise ValueError(str(error)) from error
-        return calibration_of_curve(curve, source, self.name)
+        return calibration_of_curves([curve], source, self.name)
 
 
 register_format(Curve())

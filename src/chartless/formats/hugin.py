@@ -33,7 +33,8 @@ from chartless.formats._base import (
     Source,
     register_format,
 )
-from chartless.formats._tables import UNMEASURED_VIGNETTING, calibration_of_curve
+from chartless.formats._nearest import difference
+from chartless.formats._tables import UNMEASURED_VIGNETTING, calibration_of_curves
 from chartless.models import UNIFORM_IRRADIANCE, Basis, EmorMonotone
 from chartless.result.calibration import Calibration
 from chartless.types import Floats
@@ -115,8 +116,8 @@ class Hugin(AbstractFormat):
         """Calibration of the response that the pictures of a project share."""
         lines = _image_lines(source)
         nodes = _nodes_of(lines)
-        return calibration_of_curve(
-            _as_applied(nodes),
+        return calibration_of_curves(
+            [_as_applied(nodes)],
             source,
             self.name,
             remarks=_ignored(lines),
@@ -168,15 +169,11 @@ def _differing(curves: Floats) -> list[str]:
 
 def _residual(wanted: Floats, nodes: Floats) -> str:
     """How far the curve of the file is from the one wanted, both at the irradiances k/1023."""
-    difference = wanted - nodes
     wanted_inverse, inverse = (_as_applied(each).inverse(_LEVELS) for each in (wanted, nodes))
     family = _family()
     monotone = "increasing" if family.admits(family.projected(wanted)) else "kept from falling"
-    return (
-        f"what 5 coefficients of EMoR cannot follow: rms {np.sqrt(np.mean(difference**2)):.4f}, "
-        f"max {np.abs(difference).max():.4f} of brightness, "
-        f"max {np.abs(wanted_inverse - inverse).max():.4f} of irradiance ({monotone})"
-    )
+    off = difference(wanted - nodes, wanted_inverse - inverse)
+    return f"what 5 coefficients of EMoR cannot follow: {off} ({monotone})"
 
 
 def _text(source: Source) -> str:
