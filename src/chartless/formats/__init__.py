@@ -26,6 +26,7 @@ from chartless.formats.resolve import Resolve as Resolve  # isort: skip
 from chartless.formats.cube import Cube as Cube  # isort: skip
 from chartless.formats.hugin import Hugin as Hugin  # isort: skip
 from chartless.formats.ppisp import Ppisp as Ppisp  # isort: skip
+from chartless.formats.hdrgen import HdrGen as HdrGen  # isort: skip
 from chartless.formats.npz import Npz as Npz  # isort: skip
 from chartless.formats.radical import Radical as Radical  # isort: skip
 from chartless.formats.hdrtoolbox import HdrToolbox as HdrToolbox  # isort: skip
