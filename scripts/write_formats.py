@@ -27,9 +27,9 @@ by `--to`, or by the extension if only one format has it. In Python:
 
 `export`, `linearize` and `merge` print one line on how far to trust a curve that is not good.
 Formats with room for a text carry that verdict in the file: `cube` and `resolve` as a comment,
-`clf` and `icc` as a description, `csp` in its metadata, `ppisp` as an entry, `npz` as an array. The others have no
-comments, or not all of their readers skip them (spreadsheets, pandas and R do not in `csv`). The
-verdict in a file becomes a remark when chartless reads it again.
+`clf` and `icc` as a description, `csp` in its metadata, `ppisp` as an entry, `npz` as an array. The
+others have no comments, or not all of their readers skip them (spreadsheets, pandas and R do not in
+`csv`). The verdict in a file becomes a remark when chartless reads it again.
 
 All formats are tables of the inverse response, from brightness to light, unless their paragraph
 states otherwise. The largest error is that of irradiance, white being 1, at any level of a

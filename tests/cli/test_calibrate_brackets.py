@@ -520,7 +520,9 @@ def flat(shoot: Shoot, *levels: int) -> list[Path]:
             "0.png is 100% black: two exposures must have unclipped pixels; give longer",
             marks=pytest.mark.slow,
         ),
-        pytest.param((-90, 100, 400), "two exposures must have unclipped pixels", marks=pytest.mark.slow),
+        pytest.param(
+            (-90, 100, 400), "two exposures must have unclipped pixels", marks=pytest.mark.slow
+        ),
         pytest.param((20, 40, 60), "too few for a curve (least 25%)", marks=pytest.mark.slow),
         ((120, 100, 40), "2.png is darker than "),
     ],
