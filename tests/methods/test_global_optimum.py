@@ -31,6 +31,7 @@ STARTS = {
     "meegc3": 60, "meegc5": 40,
     "emor4-monotone": 80, "inverse-emor3": 60, "inverse-emor6": 20,
     "logemor3": 200, "logemor8": 50,
+    "ppisp": 200,
     "table": 10,
 }  # fmt: skip
 
