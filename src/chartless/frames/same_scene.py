@@ -20,6 +20,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from chartless._numeric.ranks import rank_correlation
 from chartless.types import Bools, Floats, Floats32, Indices, Levels
 
 REACH = 0.15
@@ -372,21 +373,8 @@ def _following(first: Glimpse, second: Glimpse, down: int, right: int) -> float:
     pictures = _beside(first.pictures[-1], second.pictures[-1], down, right)
     one, other = _beside(first.usable[-1], second.usable[-1], down, right)
     usable = one & other
-    ranks = [_ranks(each[usable][:: max(1, usable.size // _RANKED)]) for each in pictures]
-    if any(each.size < 2 or np.ptp(each) == 0 for each in ranks):  # noqa: PLR2004 - to correlate
-        return 1.0
-    away = [each - each.mean() for each in ranks]
-    return float(away[0] @ away[1] / np.sqrt((away[0] @ away[0]) * (away[1] @ away[1])))
-
-
-def _ranks(values: Levels | Floats32) -> Floats:
-    """Ranks from 1, the mean of their ranks for equal values.
-
-    As `scipy.stats.rankdata` has them, which takes longer to import than most comparisons.
-    """
-    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
-    mean: Floats = (np.cumsum(counts) - (counts - 1) / 2)[place]
-    return mean
+    sampled = (each[usable][:: max(1, usable.size // _RANKED)] for each in pictures)
+    return rank_correlation(*sampled)
 
 
 def _displacement(

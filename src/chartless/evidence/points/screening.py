@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from chartless._numeric.ranks import rank_correlation
 from chartless.errors import UnfitFramesError
 from chartless.evidence._limits import GOOD_COVERAGE, LEAST_COVERAGE
 from chartless.evidence.points.gather import PointsEvidence
 from chartless.flags import Flag
-from chartless.types import Floats
 
 LEAST_POINTS = 4
 """Points of a channel, neither black nor white, below which they are refused."""
@@ -62,7 +62,7 @@ def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag
             "darker or brighter ones"
         )
         raise UnfitFramesError(msg)
-    if _rank_correlation(points.irradiance[used], points.brightness[used]) < LEAST_ORDER:
+    if rank_correlation(points.irradiance[used], points.brightness[used]) < LEAST_ORDER:
         msg = (
             f"{path}: channel {name}: brightness does not rise with irradiance: check the order of "
             "the columns, and that densities are turned into irradiance (10^-density)"
@@ -78,14 +78,3 @@ def _screened(evidence: PointsEvidence, name: str, *, alone: bool) -> tuple[Flag
         )
         raise UnfitFramesError(msg)
     return (Flag.LEVELS_UNSEEN,) if alone and coverage < GOOD_COVERAGE else ()
-
-
-def _rank_correlation(one: Floats, other: Floats) -> float:
-    """Spearman correlation, with mean ranks of ties; 1 if one set is constant."""
-    ranks = []
-    for values in (one, other):
-        _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
-        ranks.append((np.cumsum(counts) - (counts - 1) / 2)[place])
-    first, second = (each - each.mean() for each in ranks)
-    size = float(np.sqrt((first @ first) * (second @ second)))
-    return float(first @ second) / size if size else 1.0
