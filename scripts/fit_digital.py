@@ -16,7 +16,6 @@ principal components of their deviations, and a quarter of those of DoRF. Only t
 
 import argparse
 import csv
-import json
 import os
 from pathlib import Path
 
@@ -29,11 +28,11 @@ from chartless.curves.prior import (
     bin_edges,
     digital_basis,
     log_slopes_of,
+    log_slopes_of_response,
     stored_basis,
 )
 from chartless.types import Floats
 
-TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "digital.npz"
 MEASURED = (
     "dt_Nikon D750",
     "dt_Nikon D5100",
@@ -70,12 +69,8 @@ def of_others(data: Path) -> dict[str, Floats]:
     """Log slopes of the cameras of `MEASURED`, shape (1, 256) each."""
     with np.load(data / "modern_curves" / "responses_1024.npz") as stored:
         light, names, curves = stored["E"].astype(float), stored["names"], stored["f"].astype(float)
-    trifle = 1e-9 * np.arange(light.size)
     rows = dict(zip(map(str, names), curves, strict=True))
-    return {
-        name: log_slopes_of(np.interp(bin_edges(N_BINS), rows[name] + trifle, light))[np.newaxis]
-        for name in MEASURED
-    }
+    return {name: log_slopes_of_response(light, rows[name])[np.newaxis] for name in MEASURED}
 
 
 def main() -> None:
@@ -94,14 +89,8 @@ def main() -> None:
         "what": f"interquartile mean and {len(basis.components)} principal components, times "
         f"their deviations, of the log slope of g in each of {N_BINS} levels",
     }
-    np.savez_compressed(
-        TARGET,
-        allow_pickle=False,
-        mean=basis.mean.astype(np.float32),
-        components=basis.components.astype(np.float32),
-        provenance=np.array(json.dumps(provenance)),
-    )
-    print(f"{TARGET.name}: {TARGET.stat().st_size / 1000:.0f} kB, {len(cameras)} cameras")
+    path = basis.save(Population.DIGITAL, provenance)
+    print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB, {len(cameras)} cameras")
 
 
 if __name__ == "__main__":

@@ -8,15 +8,13 @@ project; the mean and the principal components of the logarithms of their slopes
 """
 
 import argparse
-import json
 from pathlib import Path
 
 import numpy as np
 
-from chartless.curves.prior import N_BINS, log_slope_basis
+from chartless.curves.prior import N_BINS, Population, log_slope_basis
 from chartless.datasets import load_dorf
 
-TARGET = Path(__file__).parents[1] / "src" / "chartless" / "curves" / "dorf.npz"
 N_COMPONENTS = 60
 
 
@@ -37,14 +35,8 @@ def main() -> None:
         "what": f"mean and {N_COMPONENTS} principal components, times their deviations, of the log "
         f"slope of g in each of {N_BINS} levels",
     }
-    np.savez_compressed(
-        TARGET,
-        allow_pickle=False,
-        mean=kept.mean.astype(np.float32),
-        components=kept.components.astype(np.float32),
-        provenance=np.array(json.dumps(provenance)),
-    )
-    print(f"{TARGET.name}: {TARGET.stat().st_size / 1000:.0f} kB, {share:.4%} of the variance")
+    path = kept.save(Population.DORF, provenance)
+    print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB, {share:.4%} of the variance")
 
 
 if __name__ == "__main__":

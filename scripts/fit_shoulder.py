@@ -24,7 +24,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from chartless.curves.prior import bin_edges, log_slopes_of, measured_prior, shoulder_covariance
+from chartless.curves.prior import (
+    bin_edges,
+    log_slopes_of_response,
+    measured_prior,
+    shoulder_covariance,
+)
 from chartless.types import Floats
 
 N_LEVELS, SPLIT = 256, 160
@@ -37,9 +42,7 @@ def log_slopes(data: Path) -> Floats:
     """Log slopes of the cameras, shape (B, 256)."""
     with np.load(data / "modern_curves" / "responses_1024.npz") as stored:
         light, curves = stored["E"].astype(float), stored["f"].astype(float)
-    trifle = 1e-9 * np.arange(light.size)
-    wanted = bin_edges(N_LEVELS)
-    return np.array([log_slopes_of(np.interp(wanted, f + trifle, light)) for f in curves])
+    return np.array([log_slopes_of_response(light, curve) for curve in curves])
 
 
 def misfit(unknown: Floats, known: Floats, rows: Floats) -> float:

@@ -13,15 +13,17 @@ and compress highlights more; ``digital.npz`` is computed by ``scripts/fit_digit
 docs/design/0014-populations.md compares them.
 """
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache, cached_property
 from importlib import resources
+from pathlib import Path
 
 import numpy as np
 
-from chartless.types import Floats
+from chartless.types import Floats, JsonObject
 
 
 class Population(Enum):
@@ -76,6 +78,20 @@ def log_slopes_of(irradiance: Floats) -> Floats:
     return np.log(np.clip(slopes, np.exp(-_STEEPEST), np.exp(_STEEPEST)))
 
 
+def log_slopes_of_response(irradiance: Floats, brightness: Floats) -> Floats:
+    """Log slopes at `N_BINS` levels, shape (256,), of a response measured at N points.
+
+    Parameters
+    ----------
+    irradiance : ndarray, shape (N,)
+        Increasing from 0 to 1.
+    brightness : ndarray, shape (N,)
+        From 0 to 1, never decreasing.
+    """
+    trifle = 1e-9 * np.arange(irradiance.size)  # plateaus have a first and a last point
+    return log_slopes_of(np.interp(bin_edges(N_BINS), brightness + trifle, irradiance))
+
+
 @dataclass(frozen=True, eq=False)
 class CurvePrior:
     """Gaussian distribution of log slopes."""
@@ -113,6 +129,18 @@ class LogSlopeBasis:
     components: Floats
     """Each times its deviation, shape (K, 256)."""
 
+    def save(self, population: Population, provenance: JsonObject) -> Path:
+        """Write the data of the package that `stored_basis` reads; return the file."""
+        path = Path(__file__).with_name(f"{population.value}.npz")
+        np.savez_compressed(
+            path,
+            allow_pickle=False,
+            mean=self.mean.astype(np.float32),
+            components=self.components.astype(np.float32),
+            provenance=np.array(json.dumps(provenance)),
+        )
+        return path
+
     def prior(self, n_levels: int = N_BINS) -> CurvePrior:
         """Prior for pictures of so many levels."""
         centres = _centres(n_levels)
@@ -143,11 +171,7 @@ def log_slope_basis(irradiance: Floats, curves: Floats, n_components: int = 60) 
     n_components : int
         At most this many.
     """
-    wanted = bin_edges(N_BINS)
-    trifle = 1e-9 * np.arange(irradiance.size)  # plateaus have a first and a last point
-    rows = np.array(
-        [log_slopes_of(np.interp(wanted, curve + trifle, irradiance)) for curve in curves]
-    )
+    rows = np.array([log_slopes_of_response(irradiance, curve) for curve in curves])
     mean = rows.mean(axis=0)
     _, deviations, components = np.linalg.svd(rows - mean, full_matrices=False)
     kept = slice(min(n_components, len(rows) - 1))
