@@ -3,10 +3,8 @@
 from chartless.curves.curve import AbstractCurve, ModelCurve
 from chartless.curves.named import named_curve
 from chartless.curves.transfer import find_transfer_function
-from chartless.formats._tables import GREY
-from chartless.formats.named._base import METHOD, Request, provenance
+from chartless.formats.named._base import Request, assumed_calibration
 from chartless.result.calibration import Calibration
-from chartless.result.response import Response, Status
 
 BIT_DEPTH = 12
 """Of the tables in files; pictures of any depth are linearised by the formula itself. Straight
@@ -15,26 +13,14 @@ lines between 4096 levels of a transfer function are off by 1.3 steps of 16 bits
 
 def transfer_calibration(request: Request) -> Calibration:
     """Calibration of one curve, assumed of all channels alike."""
-    curve, n_levels = named_curve(request.text), 1 << BIT_DEPTH
-    response = Response(
-        name=GREY[0],
-        curve=curve,
-        noise=None,
-        n_levels=n_levels,
-        observed_levels=(0, n_levels - 1),
-        n_pairs=0,
-        method=METHOD,
-        status=Status.ASSUMED,
-    )
+    curve = named_curve(request.text)
     function = find_transfer_function(request.text.partition(":")[0])
     if function is None:
         remarks = _of_family(curve)
     else:
         limited = ", limited range" if request.argument else ""
         remarks = [f"named transfer function {function}{limited}: assumed, not measured"]
-    return Calibration(
-        channels=(response,), bit_depth=BIT_DEPTH, provenance=provenance(request, remarks)
-    )
+    return assumed_calibration(request, curve, remarks, bit_depth=BIT_DEPTH)
 
 
 def _of_family(curve: AbstractCurve) -> list[str]:
