@@ -20,7 +20,7 @@ from chartless.types import Indices
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Levels(AbstractCurveEvidence):
+class LevelCounts(AbstractCurveEvidence):
     """Histogram of the levels of pictures.
 
     Parameters

@@ -7,7 +7,7 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.evidence.base import AbstractEvidence
-from chartless.evidence.typical.channel import Levels
+from chartless.evidence.typical.channel import LevelCounts
 from chartless.frames.channels import planes_of, require_alike, require_mask
 from chartless.frames.frame import Frame, FrameSource
 from chartless.types import Bools, Indices
@@ -28,8 +28,8 @@ class TypicalEvidence(AbstractEvidence):
         return tuple(self.histograms)
 
     @override
-    def channel(self, name: str) -> Levels:
-        return Levels(self.histograms[name])
+    def channel(self, name: str) -> LevelCounts:
+        return LevelCounts(self.histograms[name])
 
 
 def typical_evidence(

@@ -11,7 +11,7 @@ from chartless.errors import ParameterError
 from chartless.evidence.kind import AbstractKind, Declined, Inputs, Proposal
 from chartless.evidence.reader import Item, Reader, is_video
 from chartless.evidence.typical.account import NAME
-from chartless.evidence.typical.channel import Levels
+from chartless.evidence.typical.channel import LevelCounts
 from chartless.evidence.typical.gather import TypicalEvidence, typical_evidence
 from chartless.evidence.typical.options import Options
 from chartless.flags import Flag
@@ -24,7 +24,7 @@ class Typical(AbstractKind[Options, TypicalEvidence]):
     name: ClassVar[str] = NAME
     title: ClassVar[str] = "typical curve of digital cameras"
     options = Options
-    holds = Levels
+    holds = LevelCounts
 
     @override
     def proposed(self, inputs: Inputs, options: Options) -> Proposal | Declined:
@@ -32,7 +32,7 @@ class Typical(AbstractKind[Options, TypicalEvidence]):
         if asked and len(inputs.asked) > 1:
             msg = f"{self.name} is what is known without evidence: ask for it alone"
             raise ParameterError(msg)
-        reason = "the typical curve serves one picture without other evidence"
+        reason = "the typical curve is for one picture without other evidence"
         advice = "ask for it with `evidence='typical'`"
         if not inputs.items:
             return Declined(self.name, "no picture was given", "give one")
