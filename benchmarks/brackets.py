@@ -223,6 +223,14 @@ def error(inverse: Floats, truth: Truth) -> float:
     return float(np.sqrt(min(refined.fun, loss(grid[best]))))
 
 
+def held(inverse: Floats, shape_std: Floats, truth: Truth) -> float:
+    """Share of the truth within two deviations of the shape, where one factor brings g closest."""
+    grid = np.linspace(0.0, 1.0, inverse.size)
+    light = np.interp(truth.y, grid, inverse)
+    off = np.abs(light - truth.x * (light @ truth.x) / (truth.x @ truth.x))
+    return float(np.mean(off < 2 * np.interp(truth.y, grid, shape_std)))
+
+
 def isotonic(truth: Truth) -> float:
     """Root mean square that no increasing curve goes below."""
     order = np.argsort(truth.x)

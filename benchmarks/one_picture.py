@@ -17,8 +17,9 @@ PowerShot S40   JPEG against the curve fitted to its raw files (folder rawjpeg_p
 Errors are root mean squares of f(s x) − y with the best scale s, in units of full range. `sRGB` and
 `DoRF` are the errors of its curve and of the mean of the Database of Response Functions. `ratio` is
 the median of the error over that of sRGB, camera by camera. `held` is the share of the truth that
-lies within two deviations of the shape where one factor brings g closest, `std` the deviation
-claimed for it.
+lies within two deviations of the shape where one factor brings g closest, `light` the share within
+two deviations of g as it is, where the truth knows the light at white (nan elsewhere), `std` the
+deviation claimed for the shape.
 """
 
 import os
@@ -36,7 +37,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from brackets import CHANNELS, HIGHEST, LOWEST, Truth, error, print_table, real_brackets
+from brackets import CHANNELS, HIGHEST, LOWEST, Truth, error, held, print_table, real_brackets
 
 from chartless import calibrate
 from chartless.curves import SrgbCurve
@@ -61,7 +62,7 @@ REFLECTANCES = np.array([0.8807, 0.5900, 0.3649, 0.1906, 0.0882, 0.0315])
 GREY, LEAST_PATCHES = range(19, 25), 4
 S40, S40_LEVELS = "raw_S40", (16, 240)
 LEVELS = np.arange(256) / 255
-HEADER = ["", "n", "median", "mean", "p90", "sRGB", "DoRF", "ratio", "held", "std"]
+HEADER = ["", "n", "median", "mean", "p90", "sRGB", "DoRF", "ratio", "held", "light", "std"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,7 @@ class Row:
     srgb: float
     dorf: float
     held: float
+    light: float
     std: float
 
 
@@ -96,14 +98,16 @@ def compared(kind: str, name: str, response: Response, truths: list[Truth]) -> R
     srgb = SrgbCurve().inverse(LEVELS)
     dorf = at_levels(irradiance_at_edges(measured_prior().mean)[1:-1])
     errors = [[error(lut, truth) for lut in (response.inverse_lut, srgb, dorf)] for truth in truths]
-    held = []
-    for truth in truths:
-        light = np.interp(truth.y, LEVELS, response.inverse_lut)
-        off = np.abs(light - truth.x * (light @ truth.x) / (truth.x @ truth.x))
-        held.append(np.mean(off < 2 * np.interp(truth.y, LEVELS, response.shape_std)))
+    inside = [held(response.inverse_lut, response.shape_std, truth) for truth in truths]
     std = float(np.sqrt(np.mean(response.shape_std**2)))
+    light_held = float("nan")
+    if len(truths) == 1 and truths[0].x[-1] == 1.0 == truths[0].y[-1]:  # white is known
+        (truth,) = truths
+        assert response.inverse_lut_std is not None
+        off = np.abs(np.interp(truth.y, LEVELS, response.inverse_lut) - truth.x)
+        light_held = float(np.mean(off <= 2 * np.interp(truth.y, LEVELS, response.inverse_lut_std)))
     own, of_srgb, of_dorf = np.median(errors, axis=0)
-    return Row(kind, name, own, of_srgb, of_dorf, float(np.mean(held)), std)
+    return Row(kind, name, own, of_srgb, of_dorf, float(np.mean(inside)), light_held, std)
 
 
 def of_crops(data: Path, cameras: Mapping[str, Floats]) -> Iterator[Row]:
@@ -174,6 +178,7 @@ def summary(kind: str, rows: list[Row]) -> list[str]:
         *(f"{figure:.4f}" for figure in figures),
         f"{statistics.median(row.error / row.srgb for row in rows):.2f}",
         f"{statistics.fmean(row.held for row in rows):.2f}",
+        f"{statistics.fmean(row.light for row in rows):.2f}",
         f"{statistics.median(row.std for row in rows):.3f}",
     ]
 

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from brackets import CHANNELS, Truth, error, real_brackets
+from brackets import CHANNELS, Truth, error, held, real_brackets
 from PIL import Image
 from scipy.ndimage import uniform_filter
 
@@ -95,14 +95,13 @@ def judged(name: str, response: Response, truth: Truth, gains: Floats) -> Row:
     found, doubt = np.interp(own.y, grid, lut), np.interp(own.y, grid, std)
     weight = 1 / np.maximum(doubt, 1e-6) ** 2
     scale = np.sum(weight * found * own.x) / np.sum(weight * own.x**2)
-    off = np.abs(found - own.x * (found @ own.x) / (own.x @ own.x))
     return Row(
         name=name,
         error=error(lut, truth),
         own_gains=error(lut, own),
         within=float(np.mean(np.abs(found - scale * own.x) < 2 * doubt)),
         std=float(np.sqrt(np.mean(std**2))),
-        held=float(np.mean(off < 2 * np.interp(own.y, grid, shape_std))),
+        held=held(lut, shape_std, own),
         shape_std=float(np.sqrt(np.mean(shape_std**2))),
     )
 
