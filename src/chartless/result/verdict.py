@@ -26,7 +26,7 @@ GRAVE = frozenset({Flag.MISFIT, Flag.CORRELATED_NOISE, Flag.DISAGREEMENT, Flag.N
 """Flags with which the band does not hold: MISFIT unless all fits are within their limits for that,
 and the others always."""
 
-_TYPICAL = "The curve is assumed, not measured: its error is that of typical cameras."
+_ASSUMED_WITHIN = "The curve is assumed, not measured: its band is the spread among cameras."
 _NO_ERROR = "The error of this curve is unknown."
 _ASSUMED = "The curve is assumed, not measured: its error for this camera is not known."
 _MOST_CHIEF = 2
@@ -114,7 +114,7 @@ def verdict(channels: Sequence[Response]) -> Verdict:
     how_sure = f"The {what} is known to ± {widest:.3f} of the light at white"
     bad, doubtful, fine = [], [], []
     if known is not None and all(response.status is Status.ASSUMED for response in channels):
-        reasons = (_TYPICAL, f"{how_sure}.", *_of_white(white))
+        reasons = (_ASSUMED_WITHIN, f"{how_sure}.", *_of_white(white))
         return Verdict(Grade.CARE, reasons, reasons)
     if grave:
         bad.append(f"A curve and its noise do not explain the pictures: {_listed(grave)}.")
