@@ -29,7 +29,7 @@ from collections.abc import Callable
 import numpy as np
 
 from chartless.curves import SrgbCurve
-from chartless.curves.prior import measured_prior
+from chartless.curves.populations import measured_prior
 from chartless.curves.space import free_curve
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
@@ -68,7 +68,7 @@ def measure(repeats: int) -> dict[str, dict[str, float]]:
     scene = np.random.default_rng(0).beta(1.0, 2.0, SIZE)
     table = Cooccurrence.of_pair(*simulate_frames(scene, SrgbCurve(), NOISE))
     counts = PairCounts.of(table, weight=PAIR_WEIGHT)
-    prior, space = measured_prior(table.n_levels), free_curve(table.n_levels)
+    prior, space = measured_prior(table.n_levels), free_curve(measured_prior(table.n_levels))
     usual = SENSORS.centre
     fit, light = noise_level_start(counts, prior, usual)
     noise = NoiseBlock("Y", SENSORS, holds_ratio=True)

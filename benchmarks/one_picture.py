@@ -41,14 +41,8 @@ from brackets import CHANNELS, HIGHEST, LOWEST, Truth, error, held, print_table,
 
 from chartless import calibrate
 from chartless.curves import SrgbCurve
-from chartless.curves.prior import (
-    CurvePrior,
-    Population,
-    digital_basis,
-    irradiance_at_edges,
-    measured_prior,
-    stored_basis,
-)
+from chartless.curves.populations import Population, measured_prior, population_basis
+from chartless.curves.prior import CurvePrior, digital_basis, irradiance_at_edges
 from chartless.inference.posterior import at_levels
 from chartless.methods import LikelihoodSearch
 from chartless.result.response import Response
@@ -82,7 +76,7 @@ class Row:
 def prior_without(cameras: Mapping[str, Floats], *left_out: str) -> CurvePrior:
     """Prior of all cameras but some."""
     kept = [rows for name, rows in cameras.items() if name not in left_out]
-    return digital_basis(kept, stored_basis(Population.DORF)).prior()
+    return digital_basis(kept, population_basis(Population.DORF)).prior()
 
 
 def answer(prior: CurvePrior, picture: Levels | Path) -> Response:

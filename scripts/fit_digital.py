@@ -22,15 +22,15 @@ from pathlib import Path
 import numpy as np
 
 from chartless import calibrate
+from chartless.curves.populations import Population, PopulationWeights, population_basis
 from chartless.curves.prior import (
     N_BINS,
-    Population,
     bin_edges,
     digital_basis,
     log_slopes_of,
     log_slopes_of_response,
-    stored_basis,
 )
+from chartless.methods import LikelihoodSearch
 from chartless.types import Floats
 
 MEASURED = (
@@ -54,12 +54,15 @@ def of_brackets(data: Path) -> dict[str, Floats]:
             for row in csv.DictReader(stream)
             if row["illuminant"] == "1"
         }
+    method = LikelihoodSearch(populations=PopulationWeights(dorf=1.0))  # not what is sought
     edges = bin_edges(N_BINS)
     found = {}
     for camera in sorted({name for name, _ in exposures}):
         times = {number: t for (name, number), t in sorted(exposures.items()) if name == camera}
         frames = [data / "middlebury" / camera / f"wb1i1e{number}-jpg.png" for number in times]
-        calibration = calibrate(frames, times=list(times.values()), evidence="bracket")
+        calibration = calibrate(
+            frames, times=list(times.values()), evidence="bracket", method=method
+        )
         curves = [channel.curve.inverse(edges) for channel in calibration.channels]
         found[camera] = np.array([log_slopes_of(curve) for curve in curves])
     return found
@@ -79,7 +82,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("CHARTLESS_DATA", "data")))
     data = parser.parse_args().data
     cameras = {**of_brackets(data), **of_others(data)}
-    basis = digital_basis(list(cameras.values()), stored_basis(Population.DORF))
+    basis = digital_basis(list(cameras.values()), population_basis(Population.DORF))
     provenance = {
         "script": "scripts/fit_digital.py",
         "data": "Middlebury color data (Chakrabarti, Scharstein & Zickler), brackets of nine "
@@ -89,7 +92,7 @@ def main() -> None:
         "what": f"interquartile mean and {len(basis.components)} principal components, times "
         f"their deviations, of the log slope of g in each of {N_BINS} levels",
     }
-    path = basis.save(Population.DIGITAL, provenance)
+    path = basis.save("digital", provenance)
     print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB, {len(cameras)} cameras")
 
 

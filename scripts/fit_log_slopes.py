@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chartless.curves.prior import N_BINS, Population, log_slope_basis
+from chartless.curves.prior import N_BINS, log_slope_basis
 from chartless.datasets import load_dorf
 
 N_COMPONENTS = 60
@@ -35,7 +35,7 @@ def main() -> None:
         "what": f"mean and {N_COMPONENTS} principal components, times their deviations, of the log "
         f"slope of g in each of {N_BINS} levels",
     }
-    path = kept.save(Population.DORF, provenance)
+    path = kept.save("dorf", provenance)
     print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB, {share:.4%} of the variance")
 
 

@@ -24,12 +24,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from chartless.curves.prior import (
-    bin_edges,
-    log_slopes_of_response,
-    measured_prior,
-    shoulder_covariance,
-)
+from chartless.curves.populations import measured_prior
+from chartless.curves.prior import bin_edges, log_slopes_of_response, shoulder_covariance
 from chartless.types import Floats
 
 N_LEVELS, SPLIT = 256, 160

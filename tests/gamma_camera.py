@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from chartless.curves.populations import measured_prior
 from chartless.curves.prior import bin_edges
 from chartless.curves.space import AbstractCurveSpace, FamilyCurve, free_curve
 from chartless.evidence.noise.likelihood import SCENE_STEP, PairCounts, PairModel, Scene
@@ -43,7 +44,9 @@ def expected_counts(n_pairs: float = 1e5, *, n_dark: float = 0, weight: float = 
 
 
 def space_of(name: str) -> AbstractCurveSpace:
-    return free_curve(LEVELS) if name == "any" else FamilyCurve(MODELS[name], LEVELS)
+    return (
+        free_curve(measured_prior(LEVELS)) if name == "any" else FamilyCurve(MODELS[name], LEVELS)
+    )
 
 
 def start_of(space: AbstractCurveSpace, ratio: float = USUAL_RATIO, n_nodes: int = NODES) -> Values:

@@ -162,7 +162,7 @@ def calibrate(
     read = task.read(reader)
     if n_levels is not None:
         require_levels((1 << read.evidence[0].bit_depth) - 1, n_levels)
-    calibrator = task.calibrator
+    calibrator = task.calibrator.for_files(source.origin for source in read.sources)
     with one_blas_thread():
         responses = calibrator.calibrate_channels(
             {name: each.parts for name, each in by_channel(read.evidence).items()},

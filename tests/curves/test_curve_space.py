@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chartless.curves import named_curve
-from chartless.curves.prior import bin_edges, measured_prior
+from chartless.curves.populations import measured_prior
+from chartless.curves.prior import bin_edges
 from chartless.curves.space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.errors import ParameterError
 from chartless.models import MODELS
@@ -50,14 +51,14 @@ def check_pull(space: AbstractCurveSpace, coordinates: Floats, tolerance: float)
 
 @given(seed=SEEDS)
 def test_pull_of_any_curve_is_that_of_differences(seed: int) -> None:
-    space = free_curve(LEVELS)
+    space = free_curve(measured_prior(LEVELS))
 
     check_pull(space, camera(space, seed), 1e-7)
 
 
 @given(seed=SEEDS, constant=st.floats(-3, 3))
 def test_any_curve_comes_back_from_its_edges(seed: int, constant: float) -> None:
-    space = free_curve(LEVELS)
+    space = free_curve(measured_prior(LEVELS))
     coordinates = camera(space, seed)
     edges = space.edges(coordinates + constant)
 

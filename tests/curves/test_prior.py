@@ -10,18 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from chartless.curves.populations import (
+    Population,
+    measured_prior,
+    population_basis,
+    population_prior,
+)
 from chartless.curves.prior import (
     CurvePrior,
     LogSlopeBasis,
-    Population,
     bin_edges,
     digital_basis,
     irradiance_at_edges,
     log_slope_basis,
     log_slopes_of,
-    measured_prior,
-    population_prior,
-    stored_basis,
 )
 from chartless.datasets import load_dorf
 from chartless.types import Floats
@@ -289,9 +291,9 @@ def test_the_packaged_numbers_are_those_of_the_script(data_path: Path) -> None:
     script = runpy.run_path(str(Path(__file__).parents[2] / "scripts" / "fit_digital.py"))
     cameras = {**script["of_brackets"](data_path), **script["of_others"](data_path)}
 
-    basis = digital_basis(list(cameras.values()), stored_basis(Population.DORF))
+    basis = digital_basis(list(cameras.values()), population_basis(Population.DORF))
 
-    stored = stored_basis(Population.DIGITAL)
+    stored = population_basis(Population.DIGITAL)
     np.testing.assert_allclose(basis.mean, stored.mean, atol=1e-4)
     np.testing.assert_allclose(
         basis.components.T @ basis.components, stored.components.T @ stored.components, atol=1e-3

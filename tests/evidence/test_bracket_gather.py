@@ -12,7 +12,8 @@ import numpy.typing as npt
 import pytest
 
 from chartless.curves import named_curve
-from chartless.curves.prior import irradiance_at_edges, measured_prior
+from chartless.curves.populations import measured_prior
+from chartless.curves.prior import irradiance_at_edges
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence.bracket import gather as exposures
 from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence

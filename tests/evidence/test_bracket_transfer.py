@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chartless.curves import named_curve
-from chartless.curves.prior import bin_edges, measured_prior
+from chartless.curves.populations import measured_prior
+from chartless.curves.prior import bin_edges
 from chartless.evidence.bracket.likelihood import Comparagram, ExposureCounts
 from chartless.evidence.bracket.transfer import brightness_transfer, transfer_curve
 from chartless.types import Floats

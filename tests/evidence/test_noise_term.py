@@ -3,6 +3,7 @@
 import pytest
 from gamma_camera import LEVELS, expected_counts, space_of
 
+from chartless.curves.populations import measured_prior
 from chartless.curves.space import free_curve
 from chartless.evidence.noise.term import RIDGE_PAIRS, ridge_share
 
@@ -16,5 +17,5 @@ def test_many_pairs_tell_ratios_apart_no_better_than_some(
 ) -> None:
     counts = expected_counts(n_pairs, weight=weight)
 
-    assert ridge_share(counts, free_curve(LEVELS)) == pytest.approx(share, rel=1e-6)
+    assert ridge_share(counts, free_curve(measured_prior(LEVELS))) == pytest.approx(share, rel=1e-6)
     assert ridge_share(counts, space_of("gamma")) == 0  # a family is not heard about it

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import approx_fprime
 
 from chartless.curves import AbstractCurve, SampledCurve, named_curve
-from chartless.curves.prior import measured_prior
+from chartless.curves.populations import measured_prior
 from chartless.curves.space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.evidence.raw.blocks import RawBlocks
 from chartless.evidence.raw.channel import RawPairs
@@ -276,7 +276,7 @@ class Found:
 
 def found_in(blocks: RawBlocks, space: AbstractCurveSpace | None = None) -> Found:
     n_levels = blocks.n_levels
-    space = space or free_curve(n_levels)
+    space = space or free_curve(measured_prior(n_levels))
     result = searched({"R": [RawPairs(blocks)]}, space, measured_prior(n_levels))
     (term,) = result.terms["R"]
     assert isinstance(term, RawTerm)
@@ -306,7 +306,7 @@ def test_the_band_holds_the_truth() -> None:
     inverse = truth.inverse(np.arange(256) / 255)
     for seed in range(6):
         found = found_in(blocks_of(truth, seed=seed, scatter=0.02))
-        std = found.std(free_curve(256))
+        std = found.std(free_curve(measured_prior(256)))
         held.append(np.abs(found.inverse - inverse)[5:250] < 2 * std[5:250])
         assert np.sqrt(np.mean(std**2)) < 0.01
     assert np.mean(held) > 0.9
@@ -353,7 +353,9 @@ def test_one_level_alone_leaves_the_prior() -> None:
     blocks = blocks_of(named_curve("srgb"))
     near = np.abs(blocks.level - 128) < 1
     few = {name: getattr(blocks, name)[near] for name in ("level", "light", "chroma", "radius")}
-    std = found_in(replace(blocks, **few, shot=blocks.shot[near])).std(free_curve(256))
+    std = found_in(replace(blocks, **few, shot=blocks.shot[near])).std(
+        free_curve(measured_prior(256))
+    )
 
     assert np.sqrt(np.mean(std**2)) > 0.05
 

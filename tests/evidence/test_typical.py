@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from chartless import Calibration, calibrate, load_calibration, named_curve, plan
-from chartless.curves.prior import Population, irradiance_at_edges, population_prior
+from chartless.curves.populations import Population, population_prior
+from chartless.curves.prior import irradiance_at_edges
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.flags import Flag
 from chartless.inference.posterior import at_levels

@@ -18,6 +18,7 @@ from gamma_camera import (
 )
 from scipy.interpolate import PchipInterpolator
 
+from chartless.curves.populations import measured_prior
 from chartless.curves.space import AbstractCurveSpace, FamilyCurve, free_curve
 from chartless.evidence.noise.likelihood import PairCounts
 from chartless.evidence.noise.term import ridge_share
@@ -115,7 +116,7 @@ def test_draws_about_a_mode_tell_mean_and_deviation_scale_and_shape(
 
 
 def test_deviations_of_levels_are_those_of_draws() -> None:
-    space = free_curve(LEVELS)
+    space = free_curve(measured_prior(LEVELS))
     rng = np.random.default_rng(12)
     root = rng.normal(0, 0.01, (LEVELS, LEVELS))
     drawn = space.mean + rng.normal(size=(4000, LEVELS)) @ root.T

@@ -19,6 +19,7 @@ from gamma_camera import (
     start_of,
 )
 
+from chartless.curves.populations import measured_prior
 from chartless.curves.space import AbstractCurveSpace, free_curve
 from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.evidence.noise.term import ridge_share
@@ -31,7 +32,7 @@ from chartless.types import Floats
 
 @pytest.mark.parametrize("ratio", [0.05, 5.0])
 def test_the_state_predicted_at_another_ratio_shows_the_same_noise(ratio: float) -> None:
-    space, counts = free_curve(LEVELS), expected_counts()
+    space, counts = free_curve(measured_prior(LEVELS)), expected_counts()
     found = mode_at(counts, space, USUAL_RATIO)
 
     state = predicted(space, found, ratio)
@@ -107,7 +108,7 @@ def test_curves_that_the_prior_does_not_know_are_believed_less(
     deviations: float, believed: float, counts: PairCounts
 ) -> None:
     """So many deviations away in each direction."""
-    space = free_curve(LEVELS)
+    space = free_curve(measured_prior(LEVELS))
     found = mode_at(counts, space, USUAL_RATIO)
     root = np.linalg.cholesky(np.linalg.inv(space.precision))
     coordinates = space.mean + root @ np.full(space.mean.size, deviations)

@@ -36,6 +36,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.stats import multivariate_normal
 
+from chartless.curves.populations import measured_prior
 from chartless.curves.space import AbstractCurveSpace, free_curve
 from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.inference.block import Block, Values
@@ -141,7 +142,7 @@ def test_the_evidence_is_the_integral_over_all_else(name: str, ratio: float) -> 
 
 
 def test_without_counts_the_prior_is_all_there_is() -> None:
-    space = free_curve(LEVELS)
+    space = free_curve(measured_prior(LEVELS))
     nothing = PairCounts(np.zeros((LEVELS, LEVELS)), np.zeros(LEVELS), 0.2)
 
     found = mode_at(nothing, space, 2.0)
@@ -320,7 +321,10 @@ def two_channels(bend: float) -> tuple[list[GaussianTerm], Spaces, Block]:
 
     Terms name what they read in different orders.
     """
-    spaces: Spaces = {"curve/R": free_curve(8), "curve/G": StraightSpace(5, 3, seed=1)}
+    spaces: Spaces = {
+        "curve/R": free_curve(measured_prior(8)),
+        "curve/G": StraightSpace(5, 3, seed=1),
+    }
     shared, own, owned = (
         dense_block(name, size, seed)
         for name, size, seed in (("shared", 3, 2), ("own/G", 2, 3), ("own/R", 2, 4))
@@ -361,7 +365,10 @@ def test_curves_that_share_a_block_are_found_together(bend: float) -> None:
 
 
 def test_a_term_may_read_two_curves() -> None:
-    spaces: Spaces = {"curve/R": free_curve(8), "curve/G": StraightSpace(5, 3, seed=1)}
+    spaces: Spaces = {
+        "curve/R": free_curve(measured_prior(8)),
+        "curve/G": StraightSpace(5, 3, seed=1),
+    }
     own = dense_block("own", 2, 3)
     terms = [
         GaussianTerm.random(5, spaces, [own], bend=1.0),
@@ -621,7 +628,7 @@ def test_the_error_of_a_held_block_is_that_of_draws_of_it() -> None:
 
 
 def test_a_block_with_a_basis_moves_along_it_and_nowhere_else() -> None:
-    space = free_curve(8)
+    space = free_curve(measured_prior(8))
     basis = np.array([[1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -2.0]])
     block = replace(dense_block("block", 4, 3), basis=basis)
     term = GaussianTerm.random(6, {"curve/R": space}, [block], bend=1.0)
@@ -661,7 +668,7 @@ def test_channels_may_share_a_block_with_a_basis() -> None:
 
 def test_a_centred_block_stays_centred() -> None:
     """Where a constant makes no difference; its prior alone would draw it elsewhere."""
-    space = free_curve(8)
+    space = free_curve(measured_prior(8))
     block = Block("block", np.full(4, 0.3), 2.0 * np.eye(4), centred=True)
     term = GaussianTerm.random(6, {"curve/R": space}, [block], bend=1.0)
     of_block = term.matrices["block"]

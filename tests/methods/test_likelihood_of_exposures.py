@@ -18,8 +18,8 @@ from scipy.optimize import minimize_scalar
 from slow_cases import slow_but
 
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
-from chartless.curves.prior import measured_prior
-from chartless.curves.space import free_curve_with_shoulder
+from chartless.curves.populations import measured_prior
+from chartless.curves.space import free_curve
 from chartless.errors import ParameterError
 from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.gather import bracket_evidence
@@ -111,7 +111,7 @@ def found(name: str, *, repeated: bool = False, model: str | None = None, **how:
 
 def first_search(counts: ExposureCounts) -> Searched:
     """Any curve and, where they are not settled, exposures."""
-    space = free_curve_with_shoulder(counts.n_levels)
+    space = free_curve(measured_prior(counts.n_levels).with_shoulder())
     return searched({"Y": [ExposurePairs(counts)]}, space, measured_prior(counts.n_levels))
 
 
@@ -220,7 +220,7 @@ def test_exposures_that_are_held_stay_and_widen_the_band_by_what_they_err(name: 
         return at_levels(mode.edges), mode
 
     def variances(found: ChannelMode) -> Floats:
-        space = free_curve_with_shoulder(FEW)
+        space = free_curve(measured_prior(FEW).with_shoulder())
         covariance = covariance_of(found.mode, found.curve_place)
         return deviations_at_levels(space.pull(found.coordinates), covariance, FEW) ** 2
 

@@ -12,13 +12,20 @@ from scipy.stats import beta
 from slow_cases import slow_but
 
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
-from chartless.curves.prior import measured_prior
+from chartless.curves.populations import (
+    Population,
+    PopulationWeights,
+    measured_prior,
+    population_prior,
+)
 from chartless.curves.whitening import whitening
 from chartless.errors import ParameterError
 from chartless.evidence.noise.channel import LevelPairs, independent_share
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.origins import weights_of
 from chartless.flags import Flag
 from chartless.frames.levels import level_table
+from chartless.inference.posterior import at_mode
 from chartless.methods import (
     AbstractCalibrator,
     LikelihoodSearch,
@@ -205,7 +212,7 @@ def test_two_runs_are_equal_to_the_last_bit() -> None:
 
 
 def test_the_prior_may_be_given() -> None:
-    found = likelihood_search(prior=measured_prior(256)).calibrate(
+    found = likelihood_search(prior=weights_of(()).prior(256)).calibrate(
         LevelPairs(table_of("srgb")), channel="G"
     )
 
@@ -234,11 +241,23 @@ def test_a_weight_without_a_meaning_is_refused(weight: float) -> None:
         likelihood_search(weight=weight)
 
 
-def test_the_full_weight_is_allowed_and_narrows_the_error_bars() -> None:
-    trusting = likelihood_search(weight=1.0).calibrate(LevelPairs(table_of("srgb")))
+@pytest.mark.parametrize("population", Population)
+def test_the_full_weight_is_allowed_and_narrows_the_error_bars_of_one_population(
+    population: Population,
+) -> None:
+    """Along the ridge, where the shape of a curve is evidence, more pairs do not count as more."""
+    prior = population_prior(population, 256)
 
-    usual = deviations(case_of("likelihood", "srgb").found)
-    assert deviations(trusting)[1:-1].mean() < usual[1:-1].mean()
+    usual, trusting = (
+        likelihood_search(weight=weight, prior=prior).ridge(LevelPairs(table_of("srgb")))
+        for weight in (0.2, 1.0)
+    )
+
+    usual_std, trusting_std = (
+        at_mode(max(walked.modes, key=walked.weighted), walked.space).inverse_std[1:-1]
+        for walked in (usual, trusting)
+    )
+    assert trusting_std.mean() < 0.7 * usual_std.mean()
 
 
 def test_settings_name_what_a_user_may_choose() -> None:
@@ -249,7 +268,19 @@ def test_settings_name_what_a_user_may_choose() -> None:
         "correlation": 0.25,
     }
     search = LikelihoodSearch(weight=0.5, model=MODELS["gamma"], noise_prior=prior)
-    assert search.settings == {"weight": 0.5, "noise_prior": of_noise, "shared_noise": False}
+    assert search.settings == {
+        "populations": None,
+        "weight": 0.5,
+        "noise_prior": of_noise,
+        "shared_noise": False,
+    }
+    film = PopulationWeights(dorf=1.0)
+    assert LikelihoodSearch(populations=film).settings["populations"] == {
+        "digital": 0.0,
+        "dorf": 1.0,
+        "gamma": 0.0,
+        "log": 0.0,
+    }
     assert LikelihoodSearch(shared_noise=True).settings["shared_noise"] is True
     assert NoiseLevelSearch(noise_prior=prior).settings == {"noise_prior": of_noise}
     assert likelihood_search().family is None
@@ -269,13 +300,15 @@ def test_pairs_of_consecutive_frames_tell_less_each() -> None:
 
 
 def test_more_frames_tell_more_and_are_explained_as_well() -> None:
-    table = table_of("srgb", n_frames=8)
+    table, film = table_of("srgb", n_frames=8), PopulationWeights(dorf=1.0)
+    search = likelihood_search(populations=film)
 
-    found = likelihood_search().calibrate(LevelPairs(table, n_frames=8))
+    found = search.calibrate(LevelPairs(table, n_frames=8))
 
     case = case_of("likelihood", "srgb")
+    of_two = deviations(search.calibrate(LevelPairs(case.table)))
     assert found.account("noise")["deviance"] == pytest.approx(1, abs=0.1)
-    assert deviations(found)[1:-1].mean() < deviations(case.found)[1:-1].mean()
+    assert deviations(found)[1:-1].mean() < of_two[1:-1].mean()
     assert rmse(found.curve, case.truth) < 0.03
 
 
@@ -699,7 +732,7 @@ def test_the_noise_level_makes_no_use_of_dark_frames() -> None:
 def test_the_noise_level_takes_a_prior_and_tells_when_it_is_done() -> None:
     shares: list[float] = []
 
-    found = noise_level_search(prior=measured_prior(256)).calibrate(
+    found = noise_level_search(prior=weights_of(()).prior(256)).calibrate(
         LevelPairs(table_of("srgb")), channel="B", progress=shares.append
     )
 

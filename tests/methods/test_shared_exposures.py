@@ -261,8 +261,8 @@ def test_channels_find_one_set_of_exposures(error: float, said: tuple[float, ...
         np.log(first["exposures"]),
     )
     assert np.ptp(by_themselves, axis=0).max() > 1e-3  # each finds others
-    assert np.all(shared >= by_themselves.min(axis=0) - 0.01)
-    assert np.all(shared <= by_themselves.max(axis=0) + 0.01)
+    assert np.all(shared >= by_themselves.min(axis=0) - 0.03)  # alone, each has a population
+    assert np.all(shared <= by_themselves.max(axis=0) + 0.03)
     if said is not None:
         np.testing.assert_allclose(shared, np.log(TIMES), atol=0.03)
 

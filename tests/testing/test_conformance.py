@@ -136,10 +136,11 @@ def test_a_wrong_derivative_is_caught(
 
 @cache
 def searched_before() -> Any:
+    from chartless.curves.populations import measured_prior
     from chartless.curves.space import free_curve
     from chartless.inference.search import maximise
 
-    part, space = example().channel("Y"), {"curve/Y": free_curve(64)}
+    part, space = example().channel("Y"), {"curve/Y": free_curve(measured_prior(64))}
     edges = {"curve/Y": space["curve/Y"].edges(space["curve/Y"].mean)}
     start = part.start("Y", edges["curve/Y"])
     term = part.term("Y", noise_known=False).first_look(edges, start)

@@ -17,6 +17,7 @@ def parse_settings(texts: Iterable[str], method: str) -> dict[str, Any]:
     UnknownNameError
         If there is no such method; settings that it does not have are refused where it is made.
     """
+    from chartless.curves.populations import PopulationWeights
     from chartless.methods import CALIBRATORS
 
     usual = CALIBRATORS[method]()
@@ -27,7 +28,12 @@ def parse_settings(texts: Iterable[str], method: str) -> dict[str, Any]:
             msg = f"--set takes NAME=VALUE, such as weight=0.5, not {text!r}"
             raise ParameterError(msg)
         name = name.strip().replace("-", "_")
-        found[name] = _parsed(name, value, getattr(usual, name, ""))
+        reads_weights = name == "populations" and hasattr(usual, name)
+        found[name] = (
+            PopulationWeights.parsed(value)
+            if reads_weights
+            else _parsed(name, value, getattr(usual, name, ""))
+        )
     return found
 
 

@@ -7,33 +7,19 @@ is excluded. A Gaussian process keeps it from following every fluctuation of the
 mean and covariance of w over measured cameras, with additional roughness, so that other
 cameras are not excluded.
 
-There are two populations. The Database of Response Functions (DoRF) is mostly film;
-``dorf.npz`` is computed by ``scripts/fit_log_slopes.py``. Digital cameras lift shadows
-and compress highlights more; ``digital.npz`` is computed by ``scripts/fit_digital.py``.
-docs/design/0014-populations.md compares them.
+A prior may also be a mixture of several (`mixed`). `chartless.curves.populations` has the
+priors of populations of cameras.
 """
 
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
-from functools import cache, cached_property
-from importlib import resources
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from chartless.types import Floats, JsonObject
-
-
-class Population(Enum):
-    """Cameras that a prior describes; the value is the name of its file."""
-
-    DORF = "dorf"
-    """Film and cameras of the last century: the Database of Response Functions."""
-    DIGITAL = "digital"
-    """Pictures of digital cameras, as they come from the camera."""
-
 
 N_BINS = 256
 """Levels at which the prior is kept; at other numbers it is interpolated."""
@@ -48,6 +34,7 @@ _SHOULDER, _SHOULDER_LENGTH, _SHOULDER_REACH = 0.7, 0.75, 32 / 255
 # that were measured: with it, the band of shape holds 99 % of the patches of cameras left
 # out (benchmarks/one_picture.py).
 _OTHER_CAMERAS = 0.25
+_LEAST_SCALE = 1e-9  # of principal components, relative to the first
 _STEEPEST = 5.0
 """Digitised curves have plateaus; their log slope is cut here."""
 
@@ -100,6 +87,9 @@ class CurvePrior:
     """Shape (L,)."""
     covariance: Floats
     """Shape (L, L)."""
+    parts: tuple[tuple[float, "CurvePrior"], ...] = ()
+    """Weights and distributions of a mixture that has this mean and covariance; empty if
+    the distribution is a Gaussian itself."""
 
     @property
     def n_levels(self) -> int:
@@ -117,7 +107,36 @@ class CurvePrior:
         For exposures, which show all levels but the last. To noise, which shows less, the term
         would only be one more thing that is not known.
         """
-        return CurvePrior(self.mean, self.covariance + shoulder_covariance(self.n_levels))
+        return _with_shoulder(self)
+
+
+@lru_cache(maxsize=16)
+def _with_shoulder(prior: CurvePrior) -> CurvePrior:
+    hard = shoulder_covariance(prior.n_levels)
+    parts = tuple(
+        (weight, CurvePrior(part.mean, part.covariance + hard)) for weight, part in prior.parts
+    )
+    return CurvePrior(prior.mean, prior.covariance + hard, parts)
+
+
+def mixed(parts: Sequence[tuple[float, CurvePrior]]) -> CurvePrior:
+    """Mixture of priors, with its mean and covariance.
+
+    Parameters
+    ----------
+    parts : sequence of (float, CurvePrior)
+        Weights, which need not add up to 1, and priors of one number of levels.
+    """
+    weights = np.array([weight for weight, _ in parts])
+    weights /= weights.sum()
+    means = np.array([part.mean for _, part in parts])
+    mean = weights @ means
+    apart = means - mean
+    covariance = (apart.T * weights) @ apart
+    for weight, (_, part) in zip(weights, parts, strict=True):
+        covariance += weight * part.covariance
+    priors = [part for _, part in parts]
+    return CurvePrior(mean, covariance, tuple(zip(weights.tolist(), priors, strict=True)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,9 +148,9 @@ class LogSlopeBasis:
     components: Floats
     """Each times its deviation, shape (K, 256)."""
 
-    def save(self, population: Population, provenance: JsonObject) -> Path:
-        """Write the data of the package that `stored_basis` reads; return the file."""
-        path = Path(__file__).with_name(f"{population.value}.npz")
+    def save(self, name: str, provenance: JsonObject) -> Path:
+        """Write the data of the package that belong to a population; return the file."""
+        path = Path(__file__).with_name(f"{name}.npz")
         np.savez_compressed(
             path,
             allow_pickle=False,
@@ -207,24 +226,21 @@ def digital_basis(cameras: Sequence[Floats], film: LogSlopeBasis) -> LogSlopeBas
     return LogSlopeBasis(mean, scale[kept, np.newaxis] * components[kept])
 
 
-@cache
-def population_prior(population: Population, n_levels: int = N_BINS) -> CurvePrior:
-    """Prior of a population of cameras."""
-    return stored_basis(population).prior(n_levels)
+def grouped_basis(groups: Sequence[Sequence[Floats]], more: Floats) -> LogSlopeBasis:
+    """Mean and principal components of log slopes in groups, each group counted once.
 
-
-def measured_prior(n_levels: int = N_BINS) -> CurvePrior:
-    """Prior of the 190 distinct curves of the Database of Response Functions."""
-    return population_prior(Population.DORF, n_levels)
-
-
-def stored_basis(population: Population) -> LogSlopeBasis:
-    """Basis of a population, from the data of the package."""
-    name = f"{population.value}.npz"
-    with resources.files("chartless.curves").joinpath(name).open("rb") as file:
-        arrays = np.load(file, allow_pickle=False)
-        mean, components = (arrays[name].astype(np.float64) for name in ("mean", "components"))
-    return LogSlopeBasis(mean, components)
+    Parameters
+    ----------
+    groups : sequence of sequences of ndarray, shape (256,)
+    more : ndarray, shape (K, 256)
+        Components, times their deviations, for curves unlike those.
+    """
+    mean = np.mean([np.mean(rows, axis=0) for rows in groups], axis=0)
+    deviations = [(np.array(rows) - mean) / np.sqrt(len(groups) * len(rows)) for rows in groups]
+    rows = np.concatenate([*deviations, more])
+    _, scale, components = np.linalg.svd(rows, full_matrices=False)
+    kept = scale > _LEAST_SCALE * scale[0]
+    return LogSlopeBasis(mean, scale[kept, np.newaxis] * components[kept])
 
 
 def shoulder_covariance(

@@ -7,7 +7,7 @@ two: any curve at all, and the members of a family.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from functools import cache
+from functools import cached_property, lru_cache
 from typing import ClassVar, final
 
 import numpy as np
@@ -15,11 +15,9 @@ from typing_extensions import override
 
 from chartless.curves.prior import (
     CurvePrior,
-    Population,
     bin_edges,
     irradiance_at_edges,
     log_slopes_of,
-    population_prior,
 )
 from chartless.curves.whitening import whitening
 from chartless.errors import ParameterError
@@ -96,6 +94,7 @@ class FreeCurve(AbstractCurveSpace):
     uses_ratio = True
 
     def __init__(self, prior: CurvePrior) -> None:
+        self.prior = prior
         self.mean = prior.mean
         self.precision = prior.precision
         self._column_sums = self.precision.sum(axis=0)
@@ -126,17 +125,16 @@ class FreeCurve(AbstractCurveSpace):
         constant = self._column_sums @ (self.mean - slopes) / self._column_sums.sum()
         return np.asarray(slopes + constant)
 
+    @cached_property
+    def populations(self) -> tuple["FreeCurve", ...]:
+        """Spaces of the parts of the prior, if it is a mixture."""
+        return tuple(free_curve(part) for _, part in self.prior.parts)
 
-@cache
-def free_curve(n_levels: int, population: Population = Population.DORF) -> FreeCurve:
-    """Any curve, with the prior of a population."""
-    return FreeCurve(population_prior(population, n_levels))
 
-
-@cache
-def free_curve_with_shoulder(n_levels: int, population: Population = Population.DORF) -> FreeCurve:
-    """Any curve, with that prior and shoulders of any hardness."""
-    return FreeCurve(population_prior(population, n_levels).with_shoulder())
+@lru_cache(maxsize=64)
+def free_curve(prior: CurvePrior) -> FreeCurve:
+    """Any curve, with a prior that is used again and again."""
+    return FreeCurve(prior)
 
 
 @final

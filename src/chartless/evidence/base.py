@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self, TypeVar
 
-from chartless.curves.prior import CurvePrior, Population
+from chartless.curves.prior import CurvePrior
 from chartless.flags import Flag
 from chartless.frames.frame import FrameSource
 from chartless.inference.block import Values
@@ -70,8 +70,6 @@ class AbstractCurveEvidence(AbstractChannelEvidence):
     compares_families: ClassVar[bool] = True
     """Whether the likelihood is the same for all families, whatever the fit of any
     one."""
-    population: ClassVar[Population] = Population.DORF
-    """Cameras that the prior describes."""
     shows_shoulder: ClassVar[bool] = False
     """Whether all levels but the last are observed, so that the prior may allow hard
     shoulders."""

@@ -1,6 +1,7 @@
 """Pictures as values: what a file held; no file format is known here."""
 
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,6 +9,17 @@ import numpy as np
 
 from chartless.frames.compression import Blocks
 from chartless.types import Bools, Floats, Floats32, Levels
+
+
+class Origin(Enum):
+    """What a file is, as far as it shows."""
+
+    UNKNOWN = "unknown"
+    CAMERA = "camera"
+    """Picture that names the camera that took it."""
+    RAW = "raw"
+    """Levels of a sensor."""
+    VIDEO = "video"
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +65,7 @@ class FrameSource:
     """How many of these were used, where not all; 0 for a picture that was given and not used."""
     lossy: bool = False
     """Whether compression changed the pixels, as far as the file shows."""
+    origin: Origin = Origin.UNKNOWN
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +92,7 @@ class Frame:
         largest that the type of the levels holds.
     blocks : Blocks, optional
         Pixels that lossy compression coded together, as far as the file shows.
+    origin : Origin
     """
 
     path: Path
@@ -89,6 +103,7 @@ class Frame:
     sha256: str = ""
     white: int = 0
     blocks: Blocks | None = None
+    origin: Origin = Origin.UNKNOWN
 
     def __post_init__(self) -> None:
         if not self.white:
@@ -103,7 +118,7 @@ class Frame:
     def source(self) -> FrameSource:
         """Where it came from: what is kept when the levels are forgotten."""
         lossy = self.blocks is not None
-        return FrameSource(self.path, self.sha256, self.remarks, lossy=lossy)
+        return FrameSource(self.path, self.sha256, self.remarks, lossy=lossy, origin=self.origin)
 
     @property
     def channel_names(self) -> tuple[str, ...]:
@@ -172,5 +187,5 @@ class RawPicture:
 
     @property
     def source(self) -> FrameSource:
-        """As in `Frame`."""
-        return FrameSource(self.path, self.sha256, self.remarks)
+        """As in `Frame`; the picture beside a raw file is that of a camera."""
+        return FrameSource(self.path, self.sha256, self.remarks, origin=Origin.CAMERA)

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless.errors import ImageError, how_to_install
-from chartless.frames.frame import CameraSettings, Frame, RawPicture
+from chartless.frames.frame import CameraSettings, Frame, Origin, RawPicture
 from chartless.types import Floats, Floats32
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ def raw_frame(path: Path, sha256: str) -> Frame:
     remark = f"read levels {black:g} to {white:g} of the sensor as 0 to {_WHITE}"
     if len(planes) > 1:
         remark += f", one site of each colour in {high} × {wide}"
-    return Frame(path, np.stack(planes, axis=-1), settings, orientation, (remark,), sha256)
+    levels = np.stack(planes, axis=-1)
+    return Frame(path, levels, settings, orientation, (remark,), sha256, origin=Origin.RAW)
 
 
 def raw_settings(path: Path) -> CameraSettings:

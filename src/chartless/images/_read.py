@@ -19,7 +19,7 @@ import OpenImageIO as oiio  # noqa: N813 - as its own documentation does
 from chartless._files.given import NOT_A_FILE, address_in
 from chartless.errors import ImageError
 from chartless.frames.compression import JPEG_BLOCK, Blocks
-from chartless.frames.frame import CameraSettings, Frame, Picture, RawPicture
+from chartless.frames.frame import CameraSettings, Frame, Origin, Picture, RawPicture
 from chartless.images._depth import FEWEST_BITS, MOST_BITS, narrowed, significant_bits
 from chartless.images._png import SIGNATURE as PNG_SIGNATURE
 from chartless.images._png import PngHeader, read_png_header
@@ -101,15 +101,17 @@ def read_frame(path: str | os.PathLike[str], *, raw: bool = False) -> Frame:
         remarks.append(f"read {white.bit_length()} bits of samples that have room for {stored}")
     if samples.itemsize > 1 and spec.get_int_attribute(_PHOTOMETRY, 1) == _WHITE_IS_ZERO:
         levels = white - levels  # OpenImageIO inverts 8 bits alone
+    settings = _settings(spec)
     return Frame(
         path=path,
         levels=levels,
-        settings=_settings(spec),
+        settings=settings,
         orientation=_orientation(spec),
         remarks=tuple(remarks),
         sha256=digest(path),
         white=white,
         blocks=_blocks(source.format_name(), spec, head),
+        origin=Origin.UNKNOWN if settings.camera is None else Origin.CAMERA,
     )
 
 

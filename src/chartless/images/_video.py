@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from chartless.errors import ImageError, how_to_install
-from chartless.frames.frame import Frame, TimedFrame
+from chartless.frames.frame import Frame, Origin, TimedFrame
 from chartless.images._depth import FEWEST_BITS, MOST_BITS
 from chartless.images._read import require_file
 from chartless.types import Levels
@@ -149,6 +149,7 @@ def _frame(path: Path, decoded: "av.VideoFrame", *, colour: bool) -> Frame:
         orientation=_ORIENTATION.get(decoded.rotation, 1),
         remarks=(f"{what}; {scale}",),
         white=white,
+        origin=Origin.VIDEO,
     )
 
 

@@ -35,6 +35,8 @@ class Mode:
     values: Values
     edges: Mapping[str, Floats]
     """Edges of each curve, shape (L − 1,)."""
+    terms: tuple[AbstractTerm, ...]
+    """Terms whose log-likelihoods were added."""
     fits: tuple[AbstractFit, ...]
     """Fits of the terms at this state, in their order."""
     places: Mapping[str, slice]
@@ -43,8 +45,10 @@ class Mode:
     """Blocks other than curves."""
     log_evidence: float
     """Log-probability of the counts, by Laplace's approximation, up to a constant."""
+    information: Floats
+    """Information on all unknowns, with that of the priors."""
     factor: Floats
-    """Lower triangular R; R Rᵀ is the information on all unknowns."""
+    """Lower triangular R; R Rᵀ is `information`."""
     steps: int
     settled: bool
     """Whether the search converged."""
@@ -127,10 +131,12 @@ def maximise(
     return Mode(
         values=values,
         edges=unknowns.edges(values),
+        terms=tuple(terms),
         fits=fits,
         places=unknowns.places,
         blocks=unknowns.blocks,
         log_evidence=value + log_precision - float(np.log(np.diag(factor)).sum()),
+        information=information,
         factor=factor,
         steps=steps,
         settled=settled,

@@ -1,16 +1,18 @@
 """Interface of all methods of calibration, and the registry of methods."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar, final
 
 from typing_extensions import override
 
 from chartless._registry import Registry
+from chartless.curves.populations import PopulationWeights
 from chartless.errors import ParameterError
 from chartless.evidence.base import AbstractChannelEvidence, ChannelEvidence
 from chartless.evidence.noise.channel import LevelPairs
+from chartless.frames.frame import Origin
 from chartless.noise import NoisePrior
 from chartless.result.response import Response
 from chartless.types import JsonObject
@@ -57,6 +59,16 @@ class AbstractCalibrator(ABC):
             for name in sorted(self.idle_settings(kinds))
             if getattr(self, name) != getattr(usual, name)
         ]
+
+    def for_files(self, origins: Iterable[Origin]) -> "AbstractCalibrator":
+        """Return the method with what the files themselves show of the camera.
+
+        Parameters
+        ----------
+        origins : iterable of Origin
+        """
+        del origins
+        return self
 
     def idle_settings(self, kinds: Collection[str]) -> frozenset[str]:
         """Names of settings without effect on these kinds of evidence."""
@@ -175,7 +187,7 @@ def share_of(progress: ChannelProgress | None, place: int, n_parts: int) -> Chan
 
 
 def _as_json(setting: object) -> Any:  # noqa: ANN401 - whatever JSON holds
-    if isinstance(setting, NoisePrior):
+    if isinstance(setting, NoisePrior | PopulationWeights):
         return {name: _as_json(value) for name, value in asdict(setting).items()}
     return list(setting) if isinstance(setting, tuple) else setting
 

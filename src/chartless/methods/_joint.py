@@ -13,10 +13,11 @@ import numpy as np
 
 from chartless._numeric.threads import in_order
 from chartless.curves.prior import CurvePrior
-from chartless.curves.space import AbstractCurveSpace
+from chartless.curves.space import AbstractCurveSpace, FreeCurve
 from chartless.evidence.base import AbstractCurveEvidence
 from chartless.inference.block import Values, curve_name
 from chartless.inference.channel_mode import ChannelMode
+from chartless.inference.populations import gains, in_space, with_evidence
 from chartless.inference.search import Mode, connected, maximise
 from chartless.inference.term import AbstractTerm
 from chartless.types import Floats
@@ -83,7 +84,8 @@ def searched(
         if all(one is other for one, other in zip(again, terms, strict=True)):
             break
         terms = again
-    of_curve = {name: mode for mode in modes for name in mode.edges}
+    weighed, space = _with_populations(modes, space)
+    of_curve = {name: mode for mode in weighed for name in mode.edges}
     used = list(zip((channel for channel, _ in owned), terms, strict=True))
     return Searched(
         space,
@@ -117,6 +119,18 @@ def _modes(
 ) -> list[Mode]:
     groups = connected(terms)
     return list(in_order(partial(maximise, group, spaces, start, **how) for group in groups))
+
+
+def _with_populations(
+    modes: Sequence[Mode], space: AbstractCurveSpace
+) -> tuple[Sequence[Mode], AbstractCurveSpace]:
+    """Modes under the populations that all channels of the camera favour."""
+    if not isinstance(space, FreeCurve) or not space.populations:
+        return modes, space
+    n_curves = [len(mode.edges) for mode in modes]
+    gained = list(in_order(partial(gains, mode, space) for mode in modes))
+    after = with_evidence(space, np.average(gained, axis=0, weights=n_curves))
+    return list(in_order(partial(in_space, mode, space, after) for mode in modes)), after
 
 
 def _state(modes: Sequence[Mode]) -> tuple[dict[str, Floats], dict[str, Floats]]:

@@ -1,20 +1,15 @@
 """Joint posterior of curve and noise: free curve or family, any kinds of evidence."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 from typing_extensions import override
 
-from chartless.curves.prior import CurvePrior, Population, population_prior
-from chartless.curves.space import (
-    AbstractCurveSpace,
-    FamilyCurve,
-    FreeCurve,
-    free_curve,
-    free_curve_with_shoulder,
-)
+from chartless.curves.populations import PopulationWeights, population_prior
+from chartless.curves.prior import CurvePrior
+from chartless.curves.space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.errors import ParameterError
 from chartless.evidence.base import (
     AbstractChannelEvidence,
@@ -34,11 +29,14 @@ from chartless.evidence.noise.term import (
     ridge_share,
     scene_name,
 )
+from chartless.evidence.origins import weights_of
 from chartless.flags import Flag
+from chartless.frames.frame import Origin
 from chartless.inference.block import Values, curve_name
 from chartless.inference.channel_mode import ChannelMode
 from chartless.inference.estimate import CurveEstimate, with_mean_bands
 from chartless.inference.noise_block import NoiseBlock, affine, noise_name
+from chartless.inference.populations import gains, in_space, with_evidence
 from chartless.inference.posterior import (
     Posterior,
     at_levels,
@@ -81,15 +79,19 @@ class Ridge:
     """Weight of the pairs' evidence along the ridge."""
 
     @property
+    def likely(self) -> list[ChannelMode]:
+        """Modes that affect the result."""
+        least = max(map(self.weighted, self.modes)) - _NO_PART
+        return [found for found in self.modes if self.weighted(found) > least]
+
+    def weighted(self, found: ChannelMode) -> float:
+        """Evidence of a mode, with the pairs at their weight."""
+        return found.weighted(self.share)
+
+    @property
     def settled(self) -> bool:
         """Whether the searches of all modes that affect the result converged."""
-        evidence = [found.weighted(self.share) for found in self.modes]
-        least = max(evidence) - _NO_PART
-        return all(
-            found.mode.settled
-            for found, each in zip(self.modes, evidence, strict=True)
-            if each > least
-        )
+        return all(found.mode.settled for found in self.likely)
 
 
 @final
@@ -109,9 +111,12 @@ class LikelihoodSearch(AbstractCalibrator):
     ----------
     model : AbstractModel, optional
         Family of curves; by default a free curve, with a prior learned from cameras.
+    populations : PopulationWeights, optional
+        How common populations of cameras are; by default by the files
+        (`chartless.evidence.origins`). Evidence changes it.
     prior : CurvePrior, optional
-        Prior of the log slopes, instead of `chartless.curves.prior.measured_prior`: for
-        experiments that leave cameras out.
+        Prior of the log slopes, instead of that of these populations: for experiments
+        that leave cameras out.
     noise_prior : NoisePrior
         Prior of the noise of one exposure, which by itself hardly constrains the ratio
         u/v.
@@ -137,6 +142,7 @@ class LikelihoodSearch(AbstractCalibrator):
     uses_dark: ClassVar[bool] = True
 
     model: AbstractModel | None = None
+    populations: PopulationWeights | None = None
     prior: CurvePrior | None = None
     noise_prior: NoisePrior = SENSORS
     weight: float = PAIR_WEIGHT
@@ -159,6 +165,12 @@ class LikelihoodSearch(AbstractCalibrator):
         return frozenset({"shared_noise"} if len(kinds) > 1 else ())
 
     @override
+    def for_files(self, origins: Iterable[Origin]) -> "LikelihoodSearch":
+        if self.populations is not None or self.prior is not None:
+            return self
+        return replace(self, populations=weights_of(origins))
+
+    @override
     def _estimate_all(
         self, channels: Sequence[ChannelEvidence], progress: ChannelProgress | None
     ) -> tuple[Response, ...]:
@@ -174,10 +186,11 @@ class LikelihoodSearch(AbstractCalibrator):
     def _of_noise(
         self, channels: Sequence[ChannelEvidence], progress: ChannelProgress | None
     ) -> tuple[Response, ...]:
-        found = [
+        walked = [
             self.ridge(each[LevelPairs], share_of(progress, place, len(channels)))
             for place, each in enumerate(channels)
         ]
+        found = _with_populations(walked)
         responses = []
         for evidence, own in zip(channels, found, strict=True):
             others = [each.modes for each in found if self.shared_noise and each is not own]
@@ -200,9 +213,9 @@ class LikelihoodSearch(AbstractCalibrator):
         """
         channel = "Y"
         counts = self._pair_counts(pairs)
-        space = self._space(counts.n_levels)
-        usual = self.noise_prior.centre
-        start, scene = noise_level_start(counts, self._prior(counts.n_levels), usual)
+        prior, usual = self._prior(counts.n_levels), self.noise_prior.centre
+        space = self._space(prior)
+        start, scene = noise_level_start(counts, prior, usual)
         noise = NoiseBlock(channel, self.noise_prior, holds_ratio=True)
         term = PairTerm(counts, scene.nodes.size, noise)
         begin = {
@@ -299,10 +312,11 @@ class LikelihoodSearch(AbstractCalibrator):
 
     def _searched(self, parts: Parts, more: MoreTerms | None = None) -> Searched:
         everything = [part for own in parts.values() for part in own]
-        n_levels, population = everything[0].n_levels, everything[0].population
         shoulder = any(part.shows_shoulder for part in everything)
-        space = self._space(n_levels, population, shoulder=shoulder)
-        return searched(parts, space, self._prior(n_levels, population), more)
+        constrains = any(part.constrains for part in everything)
+        prior = self._prior(everything[0].n_levels, constrained=constrains)
+        space = self._space(prior.with_shoulder() if shoulder else prior)
+        return searched(parts, space, prior, more)
 
     def _pairs_of(self, channels: Sequence[ChannelEvidence]) -> MoreTerms:
         """Terms of level pairs beside others, weighted as along the ridge."""
@@ -374,23 +388,42 @@ class LikelihoodSearch(AbstractCalibrator):
         )
         return response.with_flags(*judgement.flags, *(flag for flag, holds in doubts if holds))
 
-    def _prior(self, n_levels: int, population: Population = Population.DORF) -> CurvePrior:
-        return self.prior or population_prior(population, n_levels)
-
-    def _space(
-        self,
-        n_levels: int,
-        population: Population = Population.DORF,
-        *,
-        shoulder: bool = False,
-    ) -> AbstractCurveSpace:
-        if self.model is not None:
-            return FamilyCurve(self.model, n_levels)
+    def _prior(self, n_levels: int, *, constrained: bool = True) -> CurvePrior:
+        """Mixture of populations; without evidence, the most common one."""
         if self.prior is not None:
-            return FreeCurve(self.prior.with_shoulder() if shoulder else self.prior)
-        if shoulder:
-            return free_curve_with_shoulder(n_levels, population)
-        return free_curve(n_levels, population)
+            return self.prior
+        weights = self.populations or weights_of(())
+        if not constrained:
+            return population_prior(weights.most_common, n_levels)
+        return weights.prior(n_levels)
+
+    def _space(self, prior: CurvePrior) -> AbstractCurveSpace:
+        if self.model is not None:
+            return FamilyCurve(self.model, prior.n_levels)
+        return free_curve(prior)
+
+
+def _with_populations(ridges: Sequence[Ridge]) -> Sequence[Ridge]:
+    """Ridges of the channels of one camera, under the populations that they favour.
+
+    Each channel shows its population at its best mode.
+    """
+    space = ridges[0].space
+    if not isinstance(space, FreeCurve) or not space.populations:
+        return ridges
+    favour = [gains(max(each.modes, key=each.weighted).mode, space) for each in ridges]
+    after = with_evidence(space, np.mean(favour, axis=0))
+    return [
+        replace(
+            each,
+            space=after,
+            modes=[
+                ChannelMode(in_space(found.mode, space, after), found.channel)
+                for found in each.likely
+            ],
+        )
+        for each in ridges
+    ]
 
 
 def _status(evidence: ChannelEvidence, *, settled: bool) -> Status:

@@ -7,8 +7,8 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.curves import SampledCurve
-from chartless.curves.prior import CurvePrior, measured_prior
-from chartless.curves.space import FreeCurve, free_curve
+from chartless.curves.prior import CurvePrior
+from chartless.curves.space import free_curve
 from chartless.evidence.base import ChannelEvidence
 from chartless.evidence.noise.account import account_of_pairs
 from chartless.evidence.noise.channel import LevelPairs
@@ -16,6 +16,7 @@ from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.evidence.noise.misfit import is_gaussian
 from chartless.evidence.noise.outliers import SOME_MOVERS
 from chartless.evidence.noise.start import noise_level_start
+from chartless.evidence.origins import weights_of
 from chartless.flags import Flag
 from chartless.inference.posterior import at_levels, deviations_at_levels
 from chartless.inference.stabilised import warped
@@ -35,7 +36,7 @@ class NoiseLevelSearch(AbstractChannelCalibrator):
     Parameters
     ----------
     prior : CurvePrior, optional
-        Prior of the log slopes, instead of `chartless.curves.prior.measured_prior`: for
+        Prior of the log slopes, instead of that of populations of cameras: for
         experiments that leave cameras out.
     noise_prior : NoisePrior
         Prior of the noise, whose median ratio the curve has.
@@ -53,14 +54,14 @@ class NoiseLevelSearch(AbstractChannelCalibrator):
     def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
         pairs = evidence[LevelPairs]
         table = pairs.table
-        prior = self.prior or measured_prior(table.n_levels)
+        prior = self.prior or weights_of(()).prior(table.n_levels)
         still, outliers = pairs.still
         counts = PairCounts.of(still)
         fit, scene = noise_level_start(counts, prior, self.noise_prior.centre)
         ratio = self.noise_prior.centre.ratio
         model = PairModel(fit.edges, fit.noise(ratio), scene)
         inverse = at_levels(fit.edges)
-        space = free_curve(table.n_levels) if self.prior is None else FreeCurve(prior)
+        space = free_curve(prior)
         spread = self.noise_prior.ratio_spread
         low, high = (
             at_levels(warped(fit.edges, ratio, ratio * float(np.exp(step))))

@@ -38,6 +38,7 @@ _OF_SEARCH = ("Levels seen", "Pixels compared", "The search")
 _IN_WORDS = {
     "weight": "weight of a pixel pair, 1 for a perfect model",
     "noise_prior": "noise expected, in u and v",
+    "populations": "how common populations of cameras are before any evidence",
 }
 _DIGITS = 12  # of an SHA-256
 _FEW = 8  # inputs; more are folded away

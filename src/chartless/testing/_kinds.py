@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from chartless.curves.populations import measured_prior
 from chartless.curves.space import free_curve
 from chartless.evidence.base import AbstractCurveEvidence, AbstractEvidence
 from chartless.evidence.kind import AbstractKind, Declined, Inputs
@@ -105,7 +106,7 @@ def check_term(part: AbstractCurveEvidence, channel: str = "Y") -> None:
     AssertionError
         With the promise that does not hold.
     """
-    name, space = curve_name(channel), free_curve(part.n_levels)
+    name, space = curve_name(channel), free_curve(measured_prior(part.n_levels))
     start = part.start(channel, space.edges(space.mean))
     term = part.term(channel, noise_known=False)
     edges = {name: space.edges(space.mean)}

@@ -25,7 +25,8 @@ from typing import final
 import numpy as np
 from typing_extensions import override
 
-from chartless.curves.prior import irradiance_at_edges, measured_prior
+from chartless.curves.populations import measured_prior
+from chartless.curves.prior import irradiance_at_edges
 from chartless.errors import ParameterError, UnfitFramesError
 from chartless.evidence._pair_check import PairCheck, check_pair
 from chartless.evidence.base import AbstractEvidence

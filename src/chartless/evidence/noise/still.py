@@ -189,7 +189,9 @@ def _evidence(run: _Run, seen: _Seen, sha256: str) -> NoiseEvidence:
     remarks = [*seen.last.remarks, f"used {run}, the longest still part of {seen.n_frames} read"]
     if seen.n_repeated:
         remarks.append(f"left out {seen.n_repeated} frames that repeat the previous one")
-    source = FrameSource(path, sha256, tuple(remarks), (run.first, run.last))
+    source = FrameSource(
+        path, sha256, tuple(remarks), (run.first, run.last), origin=seen.last.origin
+    )
     checks = tuple(run.checks)
     return NoiseEvidence(run.tables, checks, seen.last.bit_depth, (source,), run.n_frames)
 

@@ -6,7 +6,6 @@ from typing import ClassVar, final
 import numpy as np
 from typing_extensions import override
 
-from chartless.curves.prior import Population
 from chartless.evidence.base import AbstractCurveEvidence, Judgement
 from chartless.evidence.typical.account import NAME, account_of_levels
 from chartless.flags import Flag
@@ -30,7 +29,6 @@ class LevelCounts(AbstractCurveEvidence):
 
     kind: ClassVar[str] = NAME
     constrains: ClassVar[bool] = False
-    population: ClassVar[Population] = Population.DIGITAL
 
     histogram: Indices
 

@@ -1,6 +1,6 @@
 """The typical curve of digital cameras: ``typical``, with a band."""
 
-from chartless.curves.prior import Population
+from chartless.curves.populations import Population, population_prior
 from chartless.curves.space import free_curve
 from chartless.errors import ParameterError
 from chartless.formats.named._base import (
@@ -27,7 +27,7 @@ def typical_calibration(request: Request) -> Calibration:
         raise ParameterError(msg)
     from chartless.inference.constant import typical_estimate
 
-    estimate = typical_estimate(free_curve(1 << _BIT_DEPTH, Population.DIGITAL))
+    estimate = typical_estimate(free_curve(population_prior(Population.DIGITAL)))
     return assumed_calibration(
         request,
         estimate.curve,
