@@ -44,6 +44,14 @@ class Flag(Advice):
             "give two or more exposures of one scene, or the raw file of the picture as `raw`"
         ),
     )
+    NOISE_DISCOUNTED = (
+        "noise-discounted",
+        (
+            "the noise of these frames is not that of a sensor alone, so it counts little, and the "
+            "curve is close to that of a typical camera: give lossless frames without noise "
+            "reduction, an exposure bracket, or raw files as `raw`"
+        ),
+    )
     LEVELS_UNSEEN = (
         "levels-unseen",
         (

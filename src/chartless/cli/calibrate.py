@@ -139,8 +139,8 @@ def calibrate(
             "--set",
             metavar="NAME=VALUE",
             help="Setting of the method, such as weight=0.5; may be repeated. For a sensor of "
-            "known noise: noise_prior=ELECTRONS,READ (electrons at white, read noise). For a scan of "
-            "film: populations=dorf.",
+            "known noise: noise_prior=ELECTRONS,READ (electrons at white, read noise). For "
+            "scanned film: populations=dorf.",
             show_default=False,
         ),
     ] = None,

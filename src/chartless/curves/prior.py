@@ -119,18 +119,22 @@ def _with_shoulder(prior: CurvePrior) -> CurvePrior:
     return CurvePrior(prior.mean, prior.covariance + hard, parts)
 
 
-def mixed(parts: Sequence[tuple[float, CurvePrior]]) -> CurvePrior:
+def mixed(
+    parts: Sequence[tuple[float, CurvePrior]], *, centre: CurvePrior | None = None
+) -> CurvePrior:
     """Mixture of priors, with its mean and covariance.
 
     Parameters
     ----------
     parts : sequence of (float, CurvePrior)
         Weights, which need not add up to 1, and priors of one number of levels.
+    centre : CurvePrior, optional
+        Prior whose mean is to be kept; the covariance is then about that mean.
     """
-    weights = np.array([weight for weight, _ in parts])
+    weights = np.array([weight for weight, _ in parts], dtype=np.float64)
     weights /= weights.sum()
     means = np.array([part.mean for _, part in parts])
-    mean = weights @ means
+    mean = weights @ means if centre is None else centre.mean
     apart = means - mean
     covariance = (apart.T * weights) @ apart
     for weight, (_, part) in zip(weights, parts, strict=True):

@@ -63,13 +63,18 @@ def gains(mode: Mode, space: FreeCurve) -> Floats:
 
 
 def with_evidence(space: FreeCurve, log_evidence: Floats) -> FreeCurve:
-    """Space whose mixture is weighed by the evidence of its populations, shape (K,)."""
+    """Space whose mixture is weighed by the evidence of its populations, shape (K,).
+
+    The most probable population is its centre: without evidence, the curve is its typical
+    one, not a mean over populations, which is that of no camera.
+    """
     log_weights = np.log([weight for weight, _ in space.prior.parts]) + log_evidence
     weights = np.exp(log_weights - logsumexp(log_weights))
     kept = np.flatnonzero(weights > _NEGLIGIBLE)
     if kept.size == 1:
         return space.populations[int(kept[0])]
-    return FreeCurve(mixed([(float(weights[k]), space.prior.parts[k][1]) for k in kept]))
+    parts = [(float(weights[k]), space.prior.parts[k][1]) for k in kept]
+    return FreeCurve(mixed(parts, centre=space.prior.parts[int(weights.argmax())][1]))
 
 
 def in_space(mode: Mode, before: FreeCurve, after: FreeCurve) -> Mode:

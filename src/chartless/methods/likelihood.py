@@ -196,7 +196,7 @@ class LikelihoodSearch(AbstractCalibrator):
             others = [each.modes for each in found if self.shared_noise and each is not own]
             posterior = integrated(own.modes, own.space, own.share, others=others)
             estimate = CurveEstimate.of(posterior, own.space)
-            judgement = judged_alone(estimate, posterior, own.space, evidence[LevelPairs].still)
+            judgement = judged_alone(estimate, posterior, own.space, evidence[LevelPairs])
             noise = _Noise.of(posterior.log_noise, posterior.log_noise_covariance)
             best = posterior.best.mode
             responses.append(self._response(evidence, judgement, noise, best, settled=own.settled))
@@ -268,7 +268,7 @@ class LikelihoodSearch(AbstractCalibrator):
             if with_pairs is not None:
                 joint = with_pairs.found[channel]
                 (fit,) = (fit for fit in joint.mode.fits if isinstance(fit, PairFit))
-                of_noise = judged_beside(judgement.estimate, each[LevelPairs].still, fit)
+                of_noise = judged_beside(judgement.estimate, each[LevelPairs], fit)
                 judgement = _both(judgement, _idle(of_noise) if exponent_known else of_noise)
                 noise = _Noise.at(joint).beside(judgement.estimate, joint)
                 settled = settled and joint.mode.settled
@@ -337,7 +337,10 @@ class LikelihoodSearch(AbstractCalibrator):
         return more
 
     def _pair_counts(self, pairs: LevelPairs, most: float = 1.0) -> PairCounts:
-        weight = min(self.weight * independent_share(pairs.n_frames), most)
+        n_pairs = max(pairs.still.table.n_pairs, 1)
+        weight = min(
+            self.weight * independent_share(pairs.n_frames), most, pairs.counts_as / n_pairs
+        )
         return PairCounts.of(pairs.still.table, dark=pairs.dark, weight=weight)
 
     def _pair_term(

@@ -1,5 +1,7 @@
 """Account of level pairs of one exposure: goodness of fit, and pairs left out."""
 
+import numpy as np
+
 from chartless.evidence.noise.cooccurrence import Cooccurrence
 from chartless.evidence.noise.misfit import Pattern
 from chartless.flags import Flag
@@ -21,6 +23,7 @@ def account_of_pairs(
     similarity: float | None = None,
     outliers: float | None = None,
     pattern: Pattern | None = None,
+    counts_as: float = np.inf,
     errors_by_dark: tuple[float, float] | None = None,
 ) -> Account:
     """Account of the level pairs of a channel.
@@ -37,6 +40,8 @@ def account_of_pairs(
         Share of the pairs left out because they changed far more than noise explains.
     pattern : Pattern, optional
         Pattern of the differences from the model, where they are a misfit.
+    counts_as : float
+        Number of independent pairs that they count as at most.
     errors_by_dark : (float, float), optional
         Deviation of the inverse response now, and after two frames with the lens covered.
     """
@@ -51,6 +56,8 @@ def account_of_pairs(
     if similarity is not None:
         label = "Image similarity, relative to the truth"
         fits.append(Fit("similarity", label, similarity, ".3f"))
+    if np.isfinite(counts_as):
+        facts.append(Fact("counts_as", "Pairs count as at most", counts_as, ".0f"))
     if pattern is not None:
         facts.append(Fact("pattern", "Pattern of the misfit", pattern.code))
         details[Flag.MISFIT.code] = f"the pattern is {pattern.code}: {pattern.advice}"

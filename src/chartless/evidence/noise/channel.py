@@ -9,7 +9,9 @@ from typing_extensions import override
 from chartless.evidence.base import AbstractChannelEvidence
 from chartless.evidence.noise.account import NAME
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.doubt import table_errors
 from chartless.evidence.noise.outliers import Cleaned, without_outliers
+from chartless.evidence.trust import counts_as
 from chartless.types import Counts
 
 
@@ -25,11 +27,20 @@ class LevelPairs(AbstractChannelEvidence):
     """Number of frames that were counted, each compared with the next."""
     dark: Counts | None = None
     """Counts of each level in frames taken with the lens covered, shape (L,)."""
+    frame_errors: tuple[float, ...] = ()
+    """Relative errors of the noise variance by what is wrong with the frames, see
+    `chartless.evidence.noise.doubt.frame_errors`."""
 
     @cached_property
     def still(self) -> Cleaned:
         """Table without outliers."""
         return without_outliers(self.table)
+
+    @cached_property
+    def counts_as(self) -> float:
+        """Largest number of independent pairs that they count as."""
+        of_table = table_errors(self.still.table, processed=bool(self.frame_errors))
+        return counts_as((*self.frame_errors, *of_table))
 
     @property
     @override

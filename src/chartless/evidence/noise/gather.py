@@ -26,6 +26,7 @@ from chartless.evidence._pair_check import PairCheck, channel_correlation, check
 from chartless.evidence.base import AbstractEvidence
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.noise.doubt import frame_errors
 from chartless.evidence.noise.drift import Drift, compensated, estimated_drift
 from chartless.evidence.noise.outliers import outlying
 from chartless.evidence.noise.screening import EMPTY, empty_share, resemblance, unfit
@@ -64,7 +65,13 @@ class NoiseEvidence(AbstractEvidence):
 
     @override
     def channel(self, name: str) -> LevelPairs:
-        return LevelPairs(self.tables[name], self.n_frames, self.dark.get(name))
+        errors = frame_errors(self.checks, lossy=self.lossy)
+        return LevelPairs(self.tables[name], self.n_frames, self.dark.get(name), errors)
+
+    @property
+    def lossy(self) -> bool:
+        """Whether compression changed the noise."""
+        return any(source.lossy for source in self.sources)
 
     @property
     def n_levels(self) -> int:

@@ -5,10 +5,12 @@ import numpy as np
 from chartless.curves.space import AbstractCurveSpace, FreeCurve
 from chartless.evidence.base import Judgement
 from chartless.evidence.noise.account import GOOD_DEVIANCE, account_of_pairs
+from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.dark import std_with_dark
 from chartless.evidence.noise.misfit import misfit_pattern
-from chartless.evidence.noise.outliers import SOME_MOVERS, Cleaned
+from chartless.evidence.noise.outliers import SOME_MOVERS
 from chartless.evidence.noise.term import PairFit
+from chartless.evidence.trust import NEARLY_NOTHING
 from chartless.flags import Flag
 from chartless.inference.estimate import CurveEstimate
 from chartless.inference.posterior import Posterior
@@ -21,49 +23,56 @@ _WORTH_DARK = 0.1
 
 
 def judged_alone(
-    estimate: CurveEstimate, posterior: Posterior, space: AbstractCurveSpace, still: Cleaned
+    estimate: CurveEstimate, posterior: Posterior, space: AbstractCurveSpace, pairs: LevelPairs
 ) -> Judgement:
     """Judge a search with level pairs alone: a misfit widens the bands.
+
+    Those of discounted pairs are wide already.
 
     Parameters
     ----------
     estimate : CurveEstimate
     posterior : Posterior
     space : AbstractCurveSpace
-    still : Cleaned
-        Table of the pairs without outliers.
+    pairs : LevelPairs
     """
     (fit,) = posterior.best.mode.fits
     assert isinstance(fit, PairFit)
     deviance = fit.model.relative_deviance(fit.counts)
-    widened = float(np.sqrt(max(1.0, deviance)))  # noise missing from the model
+    widened = 1.0
+    if np.isinf(pairs.counts_as):
+        widened = float(np.sqrt(max(1.0, deviance)))  # noise missing from the model
     estimate = estimate.scaled(widened)
     errors_by_dark = None
     if isinstance(space, FreeCurve) and not fit.counts.dark.any():
         with_dark = std_with_dark(posterior, space) * widened
         now, then = (float(np.sqrt(np.mean(std**2))) for std in (estimate.std, with_dark))
         errors_by_dark = now, then
-    return _judged(estimate, still, fit, deviance, errors_by_dark)
+    judgement = _judged(estimate, pairs, fit, deviance, errors_by_dark)
+    if pairs.counts_as < NEARLY_NOTHING:
+        judgement = judgement._replace(flags=(Flag.NOISE_DISCOUNTED, *judgement.flags))
+    return judgement
 
 
-def judged_beside(estimate: CurveEstimate, still: Cleaned, fit: PairFit) -> Judgement:
+def judged_beside(estimate: CurveEstimate, pairs: LevelPairs, fit: PairFit) -> Judgement:
     """Judge level pairs where other evidence determined the curve."""
-    return _judged(estimate, still, fit, fit.model.relative_deviance(fit.counts), None)
+    return _judged(estimate, pairs, fit, fit.model.relative_deviance(fit.counts), None)
 
 
 def _judged(
     estimate: CurveEstimate,
-    still: Cleaned,
+    pairs: LevelPairs,
     fit: PairFit,
     deviance: float,
     errors_by_dark: tuple[float, float] | None,
 ) -> Judgement:
-    pairs, is_poor = fit.counts.pairs, deviance > GOOD_DEVIANCE
+    still, seen, is_poor = pairs.still, fit.counts.pairs, deviance > GOOD_DEVIANCE
     account = account_of_pairs(
         still.table,
         deviance=deviance,
         outliers=still.fraction,
-        pattern=misfit_pattern(pairs, fit.model.pairs * pairs.sum()) if is_poor else None,
+        pattern=misfit_pattern(seen, fit.model.pairs * seen.sum()) if is_poor else None,
+        counts_as=pairs.counts_as,
         errors_by_dark=errors_by_dark,
     )
     doubts = (

@@ -88,8 +88,7 @@ class Noise(AbstractKind[Options, NoiseEvidence]):
 
     @override
     def screened(self, evidence: NoiseEvidence, *, alone: bool) -> Mapping[str, tuple[Flag, ...]]:
-        lossy = any(source.lossy for source in evidence.sources)
-        flags = screen(evidence.tables, evidence.checks, covering=alone, lossy=lossy)
+        flags = screen(evidence.tables, evidence.checks, covering=alone, lossy=evidence.lossy)
         if alone:
             return flags
         # Levels that repeats do not cover are covered by other evidence.

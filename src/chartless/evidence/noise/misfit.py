@@ -98,6 +98,24 @@ def misfit_pattern(seen: Floats, expected: Floats) -> Pattern:
     return Pattern.NOISE_LEVEL
 
 
+def peakedness(seen: Floats) -> float:
+    """Excess kurtosis of the differences of level pairs at each sum of levels.
+
+    Parameters
+    ----------
+    seen : ndarray of float, shape (L, L)
+        Symmetric counts C + Cᵀ.
+
+    Returns
+    -------
+    float
+        0 for Gaussian noise, above for denoised and compressed frames. Clipping makes it
+        negative.
+    """
+    kurtosis, _ = _kurtosis(seen, _usable_pixels(seen))
+    return float(kurtosis) - _GAUSSIAN
+
+
 def is_gaussian(seen: Floats, expected: Floats) -> bool:
     """Whether the differences of level pairs have the kurtosis of Gaussian noise.
 
