@@ -95,8 +95,8 @@ class Flag(Advice):
     COMPRESSED = (
         "compressed",
         (
-            "lossy compression of the files changes the noise that the curve is estimated "
-            "from: give lossless files or an exposure bracket"
+            "lossy compression, of these files or before, changes the noise that the curve is "
+            "estimated from: give lossless files or an exposure bracket"
         ),
     )
     CORRELATED_CHANNELS = (

@@ -64,7 +64,7 @@ class FrameSource:
     n_used: int | None = None
     """How many of these were used, where not all; 0 for a picture that was given and not used."""
     lossy: bool = False
-    """Whether compression changed the pixels, as far as the file shows."""
+    """Whether compression changed the pixels, as far as file or pixels show."""
     origin: Origin = Origin.UNKNOWN
 
 

@@ -200,15 +200,17 @@ def _of_white(std: float | None) -> list[str]:
 def _grave(response: Response) -> set[Flag]:
     limits = [(fit.value, fit.bad) for fit in response.fits if fit.bad is not None]
     slight = bool(limits) and all(value <= bad for value, bad in limits)
-    return {
-        flag for flag in response.flags if flag in GRAVE and not (slight and flag is Flag.MISFIT)
-    }
+    mild = {Flag.MISFIT} if slight else set()
+    if Flag.NOISE_DISCOUNTED in response.flags:  # the curve is not that of the noise
+        mild |= {Flag.CORRELATED_NOISE}
+    return {flag for flag in response.flags if flag in GRAVE - mild}
 
 
 def _is_untested(response: Response) -> bool:
     """Whether the method gives no goodness of fit."""
     unknown = any(not each.fits for each in response.accounts)
-    return unknown and Flag.MISFIT not in response.flags
+    said = {Flag.MISFIT, Flag.NOISE_DISCOUNTED} & set(response.flags)
+    return unknown and not said
 
 
 def _listed(flags: set[Flag]) -> str:

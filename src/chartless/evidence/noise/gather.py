@@ -31,10 +31,12 @@ from chartless.evidence.noise.drift import Drift, compensated, estimated_drift
 from chartless.evidence.noise.outliers import outlying
 from chartless.evidence.noise.screening import EMPTY, empty_share, resemblance, unfit
 from chartless.frames.channels import planes_of, require_alike, require_mask
-from chartless.frames.frame import Frame, FrameSource
+from chartless.frames.compression import former_blocks
+from chartless.frames.frame import Frame, FrameSource, Origin
 from chartless.frames.same_scene import compare_scenes, glimpse
 from chartless.types import Bools, Counts, Levels
 
+_OF_FILES = {Origin.UNKNOWN, Origin.CAMERA}  # which may have been JPEG before
 _DARKEST = 0.25  # share of the range: steep curves lift the noise of black
 
 
@@ -138,8 +140,11 @@ def noise_evidence(
             if unfit(check) is not None:
                 check = _explained(check, before[1], planes, n_levels, mask)
             checks.append(check)
+        source = frame.source
+        if before is None and frame.origin in _OF_FILES and former_blocks(frame.levels).blocks:
+            source = replace(source, lossy=True)  # frames of a burst share one history
         before = frame, planes
-        sources.append(frame.source)
+        sources.append(source)
         if on_frame is not None:
             on_frame(frame)
     if frame is None or not checks:

@@ -27,7 +27,7 @@ def judged_alone(
 ) -> Judgement:
     """Judge a search with level pairs alone: a misfit widens the bands.
 
-    Those of discounted pairs are wide already.
+    Pairs that count as next to nothing have no goodness of fit: the curve is not theirs.
 
     Parameters
     ----------
@@ -38,25 +38,29 @@ def judged_alone(
     """
     (fit,) = posterior.best.mode.fits
     assert isinstance(fit, PairFit)
+    if pairs.counts_as < NEARLY_NOTHING:
+        return _discounted(estimate, pairs)
     deviance = fit.model.relative_deviance(fit.counts)
-    widened = 1.0
-    if np.isinf(pairs.counts_as):
-        widened = float(np.sqrt(max(1.0, deviance)))  # noise missing from the model
+    widened = float(np.sqrt(max(1.0, deviance)))  # noise missing from the model
     estimate = estimate.scaled(widened)
     errors_by_dark = None
     if isinstance(space, FreeCurve) and not fit.counts.dark.any():
         with_dark = std_with_dark(posterior, space) * widened
         now, then = (float(np.sqrt(np.mean(std**2))) for std in (estimate.std, with_dark))
         errors_by_dark = now, then
-    judgement = _judged(estimate, pairs, fit, deviance, errors_by_dark)
-    if pairs.counts_as < NEARLY_NOTHING:
-        judgement = judgement._replace(flags=(Flag.NOISE_DISCOUNTED, *judgement.flags))
-    return judgement
+    return _judged(estimate, pairs, fit, deviance, errors_by_dark)
 
 
 def judged_beside(estimate: CurveEstimate, pairs: LevelPairs, fit: PairFit) -> Judgement:
     """Judge level pairs where other evidence determined the curve."""
     return _judged(estimate, pairs, fit, fit.model.relative_deviance(fit.counts), None)
+
+
+def _discounted(estimate: CurveEstimate, pairs: LevelPairs) -> Judgement:
+    outliers = pairs.still.fraction
+    account = account_of_pairs(pairs.still.table, outliers=outliers, counts_as=pairs.counts_as)
+    movers = (Flag.MOVERS,) if outliers > SOME_MOVERS else ()
+    return Judgement(estimate, (Flag.NOISE_DISCOUNTED, *movers), (account,))
 
 
 def _judged(
