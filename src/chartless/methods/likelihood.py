@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.curves.populations import PopulationWeights, population_prior
-from chartless.curves.prior import CurvePrior
+from chartless.curves.prior import CurvePrior, irradiance_at_edges
 from chartless.curves.space import AbstractCurveSpace, FamilyCurve, FreeCurve, free_curve
 from chartless.errors import ParameterError
 from chartless.evidence.base import (
@@ -366,6 +366,10 @@ class LikelihoodSearch(AbstractCalibrator):
         settled: bool,
     ) -> Response:
         estimate = judgement.estimate
+        if self.model is None and any(each.is_unexplained for each in judgement.accounts):
+            # What was followed may not be the curve: the band holds the typical one too.
+            typical = at_levels(irradiance_at_edges(self._typical(evidence).mean)[1:-1])
+            estimate = estimate.with_level_errors(typical - estimate.inverse_lut)
         comparable = all(part.compares_families for part in evidence.of_curve)
         lowest, highest = zip(*(part.observed_levels for part in evidence.parts), strict=True)
         response = Response(
@@ -399,6 +403,11 @@ class LikelihoodSearch(AbstractCalibrator):
         if not constrained:
             return population_prior(weights.most_common, n_levels)
         return weights.prior(n_levels)
+
+    def _typical(self, evidence: ChannelEvidence) -> CurvePrior:
+        """Most common population."""
+        prior = self._prior(evidence.parts[0].n_levels, constrained=False)
+        return max(prior.parts, key=lambda part: part[0])[1] if prior.parts else prior
 
     def _space(self, prior: CurvePrior) -> AbstractCurveSpace:
         if self.model is not None:

@@ -171,6 +171,11 @@ class Account:
         facts = {fact.code: fact.value for fact in self.facts}
         return {**facts, **{fit.code: fit.value for fit in self.fits}}
 
+    @property
+    def is_unexplained(self) -> bool:
+        """Whether a curve explains the evidence so badly that its band does not hold."""
+        return any(fit.bad is not None and fit.value > fit.bad for fit in self.fits)
+
     def __getitem__(self, code: str) -> Any:  # noqa: ANN401 - a Value, which callers would narrow
         """Value of a fact or a fit; LookupError if there is none."""
         values = self.values
