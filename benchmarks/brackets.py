@@ -8,9 +8,9 @@ the packages in `rivals.txt`, in which `bracket_rivals.py` runs; without it only
 measured. FILE.npz keeps what rivals answered, except in `timing`, and spares asking again.
 
 real        nine cameras, a chart at four exposures, 27 camera-channels (folders middlebury and
-            middlebury_response). Methods get all pixels of the crops and the exposures as
-            measured from the raw files. Truth are the grey patches: light from raw against mean
-            level, in each frame
+            middlebury_response), each left out of the prior. Methods get all pixels of the crops
+            and the exposures as measured from the raw files. Truth are the grey patches: light
+            from raw against mean level, in each frame
 offset      the same with exposures and light measured anew. The raw files are of 8 bits, and of
             most cameras they read 0.2 to 0.5 levels too low, as if cut off and not rounded, so
             exposures as measured are too large. A black level for each camera is fitted with them
@@ -61,18 +61,21 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from priors import digital_prior, mixture
 from scipy.interpolate import BSpline
 from scipy.optimize import isotonic_regression, minimize, minimize_scalar, nnls
 
 from chartless import calibrate
 from chartless.curves import AbstractCurve, SrgbCurve, named_curve
+from chartless.curves.prior import CurvePrior
 from chartless.images import read_frame, read_values, write_image
+from chartless.methods import LikelihoodSearch
 from chartless.noise import AffineNoise
 from chartless.simulate import simulate_frames
 from chartless.types import Floats, Indices, JsonObject, Levels
@@ -91,15 +94,16 @@ class Method(Protocol):
         """
 
 
-def of_chartless(method: str) -> Method:
-    """One of our methods, as its users would call it."""
+def of_chartless(method: str, prior: CurvePrior | None = None) -> Method:
+    """One of our methods, as its users would call it; likelihood with another prior."""
+    by_prior = LikelihoodSearch(prior=prior) if method == "likelihood" and prior else method
 
     def inverse(frames: Sequence[Levels | Path], times: list[float], *, n_levels: int) -> Floats:
         shown = [
             frame if isinstance(frame, Path) or n_levels == 1 << 8 else _of_16_bits(frame, n_levels)
             for frame in frames
         ]
-        found = calibrate(shown, times=times, method=method, evidence="bracket")
+        found = calibrate(shown, times=times, method=by_prior, evidence="bracket")
         brightness = np.linspace(0, 1, n_levels)
         return np.stack([channel.curve.inverse(brightness) for channel in found.channels])
 
@@ -112,8 +116,8 @@ def _of_16_bits(frame: Levels, n_levels: int) -> Levels:
     return spread
 
 
-OURS: dict[str, Method] = {
-    f"chartless {method}": of_chartless(method)
+OURS = {
+    f"chartless {method}": partial(of_chartless, method)
     for method in ("likelihood", "debevec", "mitsunaga", "robertson")
 }
 """Our methods by name, the default first. Nothing else in this file needs to know them."""
@@ -160,6 +164,8 @@ class Bracket:
     frames: tuple[Levels, ...] = ()
     paths: tuple[Path, ...] = ()
     n_levels: int = 256
+    prior: CurvePrior | None = None
+    """Without the camera; None for that of all cameras."""
 
     @property
     def key(self) -> str:
@@ -438,7 +444,7 @@ def ask_ours(name: str, bracket: Bracket) -> Estimate:
     problem = ""
     try:
         frames = bracket.paths or bracket.frames
-        inverse = OURS[name](frames, bracket.times, n_levels=bracket.n_levels)
+        inverse = OURS[name](bracket.prior)(frames, bracket.times, n_levels=bracket.n_levels)
     except Exception as reason:  # noqa: BLE001 - as rivals are treated
         problem = repr(reason)
         inverse = np.full((3, bracket.n_levels), np.nan)
@@ -591,7 +597,10 @@ def ours(brackets: Iterable[Bracket]) -> dict[tuple[str, str], Estimate]:
 
 def real(data: Path, rivals: Rivals, *, offset: bool = False) -> JsonObject:
     """Nine cameras."""
-    brackets = real_brackets(data, offset=offset)
+    brackets = [
+        replace(bracket, prior=mixture(digital=digital_prior(data, bracket.name)))
+        for bracket in real_brackets(data, offset=offset)
+    ]
     srgb = np.asarray(SrgbCurve().inverse(np.linspace(0.0, 1.0, 1024)))
     references: dict[str, Callable[[Truth], float]] = {
         "sRGB assumed": lambda truth: error(srgb, truth),

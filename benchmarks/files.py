@@ -59,6 +59,7 @@ from typing import Any
 import numpy as np
 from brackets import DEFAULTS, Bracket, Rivals, Truth, error, print_table, without_infinity
 from PIL import Image
+from priors import digital_prior, mixture
 from scipy.ndimage import zoom
 
 from chartless import calibrate
@@ -100,8 +101,9 @@ class Case:
     scene: Floats
     """Light, shape (M, N, 3), its median `GREY`."""
     curves: tuple[SampledCurve, SampledCurve, SampledCurve]
-    prior: CurvePrior | None
-    """Without the camera; None if it is in none."""
+    prior: CurvePrior
+    """Without the camera."""
+    is_digital: bool
     seed: int
 
     def levels(self, exposure: float, noise: AffineNoise, seed: int) -> Levels:
@@ -129,7 +131,8 @@ def cases(data: Path, n: int) -> Iterator[Case]:
             (2 * scene_order[(place // 4) % len(scene_order)] + place // 2) % len(scenes)
         ]
         camera_name, curves, prior = cameras[place % len(cameras)]
-        yield Case(f"{scene_name}, {camera_name}", _light(path), curves, prior, place)
+        digital = place % 2 == 0
+        yield Case(f"{scene_name}, {camera_name}", _light(path), curves, prior, digital, place)
 
 
 def _scenes(data: Path) -> Iterator[tuple[str, Path]]:
@@ -158,7 +161,7 @@ def _light(path: Path) -> Floats:
 
 def _cameras(
     data: Path,
-) -> Iterator[tuple[str, tuple[SampledCurve, SampledCurve, SampledCurve], CurvePrior | None]]:
+) -> Iterator[tuple[str, tuple[SampledCurve, SampledCurve, SampledCurve], CurvePrior]]:
     """Digital cameras and DoRF in turn."""
     with np.load(data / "modern_curves" / "responses_1024.npz") as stored:
         names = [str(name) for name in stored["names"]]
@@ -169,10 +172,10 @@ def _cameras(
     rows = np.random.default_rng(2).permutation(triples)
     for modern, row in zip(order, rows, strict=False):
         curve = _sampled(light, brightness[modern])
-        yield names[modern], (curve, curve, curve), None
+        yield names[modern], (curve,) * 3, mixture(digital=digital_prior(data, names[modern]))
         red, green, blue = (_sampled(dorf.irradiance, dorf.curves[row + c]) for c in range(3))
         name = re.sub("[-_]?(Red|R)$", "", dorf.names[row])
-        yield name, (red, green, blue), curve_prior(dorf, int(row))
+        yield name, (red, green, blue), mixture(dorf=curve_prior(dorf, int(row)))
 
 
 def _is_triple(dorf: Dorf, row: int) -> bool:

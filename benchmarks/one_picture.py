@@ -31,25 +31,22 @@ import argparse
 import csv
 import json
 import statistics
-import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from brackets import CHANNELS, HIGHEST, LOWEST, Truth, error, held, print_table, real_brackets
+from priors import digital_cameras, digital_prior
 
 from chartless import calibrate
 from chartless.curves import SrgbCurve
-from chartless.curves.populations import Population, measured_prior, population_basis
-from chartless.curves.prior import CurvePrior, digital_basis, irradiance_at_edges
+from chartless.curves.populations import measured_prior
+from chartless.curves.prior import CurvePrior, irradiance_at_edges
 from chartless.inference.posterior import at_levels
 from chartless.methods import LikelihoodSearch
 from chartless.result.response import Response
-from chartless.types import Floats, Levels
-
-sys.path.append(str(Path(__file__).parents[1] / "scripts"))
-from fit_digital import of_brackets, of_others
+from chartless.types import Levels
 
 REFLECTANCES = np.array([0.8807, 0.5900, 0.3649, 0.1906, 0.0882, 0.0315])
 """Y of the grey patches of a ColorChecker made after November 2014, by its maker."""
@@ -71,12 +68,6 @@ class Row:
     held: float
     light: float
     std: float
-
-
-def prior_without(cameras: Mapping[str, Floats], *left_out: str) -> CurvePrior:
-    """Prior of all cameras but some."""
-    kept = [rows for name, rows in cameras.items() if name not in left_out]
-    return digital_basis(kept, population_basis(Population.DORF)).prior()
 
 
 def answer(prior: CurvePrior, picture: Levels | Path) -> Response:
@@ -104,15 +95,15 @@ def compared(kind: str, name: str, response: Response, truths: list[Truth]) -> R
     return Row(kind, name, own, of_srgb, of_dorf, float(np.mean(inside)), light_held, std)
 
 
-def of_crops(data: Path, cameras: Mapping[str, Floats]) -> Iterator[Row]:
+def of_crops(data: Path) -> Iterator[Row]:
     """Nine cameras, left out one by one."""
     for bracket in real_brackets(data):
-        response = answer(prior_without(cameras, bracket.name), bracket.frames[1])
+        response = answer(digital_prior(data, bracket.name), bracket.frames[1])
         for channel, truth in zip(CHANNELS, bracket.truth, strict=True):
             yield compared("chart crops", f"{bracket.name} {channel}", response, [truth])
 
 
-def of_charts(data: Path, cameras: Mapping[str, Floats]) -> Iterator[Row]:
+def of_charts(data: Path) -> Iterator[Row]:
     """One photograph of a chart by each camera."""
     folder = data / "charts_cameras"
     with (folder / "patches.csv").open(newline="") as stream:
@@ -127,24 +118,24 @@ def of_charts(data: Path, cameras: Mapping[str, Floats]) -> Iterator[Row]:
             if np.count_nonzero(seen) >= LEAST_PATCHES:
                 frame = np.zeros(np.count_nonzero(seen), dtype=np.intp)
                 truths.append(Truth(REFLECTANCES[seen], levels[seen] / 255, frame))
-        prior = prior_without(cameras, *([S40] if "S40" in picture["camera"] else []))
+        prior = digital_prior(data, *([S40] if "S40" in picture["camera"] else []))
         response = answer(prior, folder / picture["file"])
         yield compared("charts", picture["camera"], response, truths)
 
 
-def of_measured(cameras: Mapping[str, Floats]) -> Iterator[Row]:
+def of_measured(data: Path) -> Iterator[Row]:
     """Cameras with a curve that others measured, left out one by one."""
     picture = np.arange(256, dtype=np.uint8).reshape(16, 16)
-    for name, rows in cameras.items():
+    for name, rows in digital_cameras(data).items():
         if len(rows) > 1:  # from a bracket
             continue
         light = at_levels(irradiance_at_edges(rows[0])[1:-1])[1:]
         truth = Truth(light, LEVELS[1:], np.zeros(light.size, dtype=np.intp))
-        response = answer(prior_without(cameras, name), picture)
+        response = answer(digital_prior(data, name), picture)
         yield compared("measured", name, response, [truth])
 
 
-def of_s40(data: Path, cameras: Mapping[str, Floats]) -> Iterator[Row]:
+def of_s40(data: Path) -> Iterator[Row]:
     """PowerShot S40 by its raw files."""
     folder = data / "rawjpeg_powershot"
     table = np.loadtxt(folder / "truth_inverse_response.csv", delimiter=",", skiprows=1)
@@ -152,7 +143,7 @@ def of_s40(data: Path, cameras: Mapping[str, Floats]) -> Iterator[Row]:
     levels, light = table[kept, 0], table[kept, 1]
     truth = Truth(light, levels / 255, np.zeros(levels.size, dtype=np.intp))
     for path in sorted(folder.glob("S40_IMG_*.JPG")):
-        response = answer(prior_without(cameras, S40), path)
+        response = answer(digital_prior(data, S40), path)
         yield compared("PowerShot S40", path.stem, response, [truth])
 
 
@@ -184,13 +175,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print every row as JSON")
     options = parser.parse_args()
     data = options.data
-    cameras = {**of_brackets(data), **of_others(data)}
-    rows = [
-        *of_crops(data, cameras),
-        *of_charts(data, cameras),
-        *of_measured(cameras),
-        *of_s40(data, cameras),
-    ]
+    rows = [*of_crops(data), *of_charts(data), *of_measured(data), *of_s40(data)]
     if options.json:
         print(json.dumps([{name: getattr(row, name) for name in Row.__slots__} for row in rows]))
         return

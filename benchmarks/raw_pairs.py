@@ -35,6 +35,7 @@ from pathlib import Path
 import numpy as np
 from brackets import CHANNELS, Truth, error, held, real_brackets
 from PIL import Image
+from priors import digital_prior, mixture
 from scipy.ndimage import uniform_filter
 
 from chartless.curves import AbstractCurve, SampledCurve, SrgbCurve
@@ -129,8 +130,9 @@ def real(data: Path, *, offset: bool = False) -> list[Row]:
     rows = []
     for bracket in real_brackets(data, offset=offset):
         evidence = raw_evidence(crops(data, bracket.name))
+        calibrator = LikelihoodSearch(prior=mixture(digital=digital_prior(data, bracket.name)))
         for channel, truth in zip(CHANNELS, bracket.truth, strict=True):
-            response = LikelihoodSearch().calibrate(evidence.channel(channel), channel=channel)
+            response = calibrator.calibrate(evidence.channel(channel), channel=channel)
             gains = np.array(response.account("raw")["gains"])
             rows.append(judged(f"{bracket.name} {channel}", response, truth, gains))
     return rows
@@ -182,7 +184,7 @@ def simulated(data: Path, n_cases: int) -> list[Row]:
         quality = int(rng.integers(*QUALITIES))
         pair = shot(light[:height, :width], curve, float(rng.uniform(*GAINS)), quality, rng)
         evidence = raw_evidence([pair])
-        calibrator = LikelihoodSearch(prior=curve_prior(dorf, row))
+        calibrator = LikelihoodSearch(prior=mixture(dorf=curve_prior(dorf, row)))
         for channel in CHANNELS:
             blocks = evidence.blocks[channel]
             response = calibrator.calibrate(evidence.channel(channel), channel=channel)
