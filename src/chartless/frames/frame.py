@@ -16,7 +16,7 @@ class Origin(Enum):
 
     UNKNOWN = "unknown"
     CAMERA = "camera"
-    """Picture that names the camera that took it."""
+    """Picture that names the camera that took it, or is compressed with loss, as cameras do."""
     RAW = "raw"
     """Levels of a sensor."""
     VIDEO = "video"

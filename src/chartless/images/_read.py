@@ -101,7 +101,8 @@ def read_frame(path: str | os.PathLike[str], *, raw: bool = False) -> Frame:
         remarks.append(f"read {white.bit_length()} bits of samples that have room for {stored}")
     if samples.itemsize > 1 and spec.get_int_attribute(_PHOTOMETRY, 1) == _WHITE_IS_ZERO:
         levels = white - levels  # OpenImageIO inverts 8 bits alone
-    settings = _settings(spec)
+    settings, blocks = _settings(spec), _blocks(source.format_name(), spec, head)
+    of_camera = settings.camera is not None or blocks is not None
     return Frame(
         path=path,
         levels=levels,
@@ -110,8 +111,8 @@ def read_frame(path: str | os.PathLike[str], *, raw: bool = False) -> Frame:
         remarks=tuple(remarks),
         sha256=digest(path),
         white=white,
-        blocks=_blocks(source.format_name(), spec, head),
-        origin=Origin.UNKNOWN if settings.camera is None else Origin.CAMERA,
+        blocks=blocks,
+        origin=Origin.CAMERA if of_camera else Origin.UNKNOWN,
     )
 
 
