@@ -82,15 +82,18 @@ class PopulationWeights:
         UnknownNameError
             If a name is not that of a population.
         ParameterError
-            If a weight is no number.
+            If a weight is no number, or a name is given twice.
         """
-        weights = {}
+        weights: dict[str, float] = {}
         for part in text.split(","):
             name, _, weight = part.strip().partition(":")
             known = [each.value for each in Population]
             if name not in known:
                 kind = "population"
                 raise UnknownNameError(kind, name, known)
+            if name in weights:
+                msg = f"population {name!r} is given twice"
+                raise ParameterError(msg)
             try:
                 weights[name] = float(weight or 1)
             except ValueError:
