@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from chartless.curves.populations import Population, population_basis, population_prior
-from chartless.curves.prior import CurvePrior, digital_basis, mixed
+from chartless.curves.populations import Population, population_basis
+from chartless.curves.prior import CurvePrior, digital_basis
 from chartless.evidence.origins import weights_of
 from chartless.types import Floats
 
@@ -29,11 +29,6 @@ def digital_prior(data: Path, *left_out: str) -> CurvePrior:
 
 def mixture(*, digital: CurvePrior | None = None, dorf: CurvePrior | None = None) -> CurvePrior:
     """Mixture for files that do not say what they are, some of its parts replaced."""
-    replaced = {Population.DIGITAL: digital, Population.DORF: dorf}
-    weights = weights_of(())
-    return mixed(
-        [
-            (getattr(weights, each.value), replaced.get(each) or population_prior(each))
-            for each in Population
-        ]
-    )
+    given = {Population.DIGITAL: digital, Population.DORF: dorf}
+    replaced = {population: prior for population, prior in given.items() if prior is not None}
+    return weights_of(()).prior(replaced=replaced)

@@ -30,20 +30,9 @@ from chartless.curves.prior import (
     log_slopes_of,
     log_slopes_of_response,
 )
+from chartless.datasets.digital import FILE, MEASURED, load_digital
 from chartless.methods import LikelihoodSearch
 from chartless.types import Floats
-
-MEASURED = (
-    "dt_Nikon D750",
-    "dt_Nikon D5100",
-    "dt_Nikon D7000",
-    "dt_Nikon D7200",
-    "dt_Nikon D90",
-    "dt_Canon EOS 6D",
-    "dt_Pentax K-5",
-    "raw_S40",
-)
-"""Names in modern_curves of curves that were measured, not drawn by hand."""
 
 
 def of_brackets(data: Path) -> dict[str, Floats]:
@@ -70,10 +59,12 @@ def of_brackets(data: Path) -> dict[str, Floats]:
 
 def of_others(data: Path) -> dict[str, Floats]:
     """Log slopes of the cameras of `MEASURED`, shape (1, 256) each."""
-    with np.load(data / "modern_curves" / "responses_1024.npz") as stored:
-        light, names, curves = stored["E"].astype(float), stored["names"], stored["f"].astype(float)
-    rows = dict(zip(map(str, names), curves, strict=True))
-    return {name: log_slopes_of_response(light, rows[name])[np.newaxis] for name in MEASURED}
+    cameras = load_digital(data / FILE)
+    rows = dict(zip(cameras.names, cameras.curves, strict=True))
+    return {
+        name: log_slopes_of_response(cameras.irradiance, rows[name])[np.newaxis]
+        for name in MEASURED
+    }
 
 
 def main() -> None:

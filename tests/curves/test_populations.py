@@ -139,7 +139,7 @@ def test_weights_that_are_no_weights_are_refused(
     spoiled = [*weights]
     spoiled[place] = wrong
 
-    with pytest.raises(ParameterError, match="^weights of populations are 0 or above"):
+    with pytest.raises(ParameterError, match=r"^weights of populations are 0 or above"):
         PopulationWeights(*spoiled)
 
 

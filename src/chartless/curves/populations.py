@@ -8,7 +8,7 @@ a camera is their mixture, with weights for what its files are
 measurements.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from enum import Enum
 from functools import cache
@@ -107,9 +107,20 @@ class PopulationWeights:
         weights = astuple(self)
         return list(Population)[weights.index(max(weights))]
 
-    def prior(self, n_levels: int = N_BINS) -> CurvePrior:
-        """Mixture of the priors of the populations, at so many levels."""
-        return _mixture(self, n_levels)
+    def prior(
+        self, n_levels: int = N_BINS, *, replaced: Mapping[Population, CurvePrior] | None = None
+    ) -> CurvePrior:
+        """Mixture of the priors of the populations.
+
+        Parameters
+        ----------
+        n_levels : int
+        replaced : mapping from Population to CurvePrior, optional
+            Priors instead of those of the package, for experiments that leave cameras out.
+        """
+        if replaced is None:
+            return _mixture(self, n_levels)
+        return _mixed(self, n_levels, replaced)
 
 
 @cache
@@ -157,8 +168,14 @@ def _log_slopes(curve: AbstractCurve, edges: Floats) -> Floats:
 
 @cache
 def _mixture(weights: PopulationWeights, n_levels: int) -> CurvePrior:
+    return _mixed(weights, n_levels, {})
+
+
+def _mixed(
+    weights: PopulationWeights, n_levels: int, replaced: Mapping[Population, CurvePrior]
+) -> CurvePrior:
     parts = [
-        (weight, population_prior(population, n_levels))
+        (weight, replaced.get(population) or population_prior(population, n_levels))
         for population, weight in zip(Population, astuple(weights), strict=True)
         if weight
     ]

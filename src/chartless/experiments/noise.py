@@ -18,12 +18,14 @@ import numpy as np
 from chartless._files import make_folder, write_csv
 from chartless._version import __version__
 from chartless.curves import SampledCurve, SrgbCurve
+from chartless.curves.populations import Population
 from chartless.curves.prior import CurvePrior, bin_edges, log_slope_basis
 from chartless.datasets import Dorf
 from chartless.errors import ImageError, ParameterError
 from chartless.evidence.noise.bound import free_bound
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.cooccurrence import Cooccurrence
+from chartless.evidence.origins import weights_of
 from chartless.experiments._cases import OnCase, fingerprint_of, run_cases
 from chartless.images import read_values
 from chartless.methods import (
@@ -321,12 +323,17 @@ def curve_prior(dorf: Dorf, row: int) -> CurvePrior:
     return log_slope_basis(dorf.irradiance, dorf.curves[others], len(others)).prior()
 
 
+def mixture_without(dorf: Dorf, row: int) -> CurvePrior:
+    """Mixture of populations, with `curve_prior` for that of DoRF."""
+    return weights_of(()).prior(replaced={Population.DORF: curve_prior(dorf, row)})
+
+
 def methods_for(
     dorf: Dorf, row: int, methods: Iterable[str] = METHODS
 ) -> Iterator[tuple[str, AbstractCalibrator]]:
     """Name and calibrator of each method, where the response in `row` is under test."""
     basis = principal_basis(dorf.curves[dorf.left_out(row)])
-    prior = curve_prior(dorf, row)
+    prior = mixture_without(dorf, row)
     for method in methods:
         kind, name = method.split("/")
         if kind == "nlf":

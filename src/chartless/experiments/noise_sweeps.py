@@ -28,6 +28,7 @@ from chartless.experiments.noise import (
     curve_prior,
     draw_cases,
     estimate,
+    mixture_without,
     read_scene,
     scene_files,
     scenes_of,
@@ -171,7 +172,9 @@ def _case(case: NoiseCase, camera: Camera, path: Path, dorf: Dorf) -> JsonObject
         table += Cooccurrence.of_pair(first, second)
     prior = curve_prior(dorf, case.row)
     similarity = SimilaritySearch(rounds=ROUNDS, iterations=ITERATIONS, tolerance=0.0)
-    likelihood = LikelihoodSearch(prior=prior, noise_prior=CAMERAS_OF_2008)
+    likelihood = LikelihoodSearch(
+        prior=mixture_without(dorf, case.row), noise_prior=CAMERAS_OF_2008
+    )
     nearest = fit(AmeegcExact(), irradiance, brightness)
     of_family = pair_bound(AmeegcExact(), nearest.parameters, noise, scene, table.n_pairs)
     edges = truth.inverse(bin_edges(table.n_levels)[1:-1])
