@@ -1,6 +1,7 @@
 """How compactly does each family describe measured cameras? Sections III and IV of the paper.
 
-Every family at every order is fitted to every curve of the Database of Response Functions.
+Every family at every order is fitted to every curve of the Database of Response Functions,
+and to responses of digital cameras where there are any.
 EMoR appears a second time as ``emor-left-out``, and so do its monotone and logarithmic forms: a
 basis made from the curves that it is tested on flatters itself, so there the basis of each fit
 is made without the camera under test.
@@ -18,7 +19,7 @@ from chartless._files import make_folder, write_csv
 from chartless._version import __version__
 from chartless.curves.comparison import stays_inside
 from chartless.curves.fitting import Fit, fit_many
-from chartless.datasets import Dorf
+from chartless.datasets import DigitalCameras, Dorf
 from chartless.experiments._cases import Case, OnCase, fingerprint_of, run_cases
 from chartless.models import (
     MODELS,
@@ -114,6 +115,51 @@ def run(
     return tables
 
 
+def run_digital(
+    cameras: DigitalCameras, output: Path, *, jobs: int = 1, on_case: OnCase | None = None
+) -> list[FitTable]:
+    """Fit all families to digital cameras and write digital.csv.
+
+    Families that are made of DoRF's principal components know none of these cameras.
+
+    Parameters
+    ----------
+    cameras : DigitalCameras
+    output, jobs, on_case
+        As for `run`.
+    """
+    make_folder(output)
+    named = {
+        f"digital-{family}-{order}": (family, order, case)
+        for family, order, case in _of_all(cameras.irradiance, cameras.curves)
+    }
+    results = run_cases(
+        {name: case for name, (_, _, case) in named.items()},
+        output / "cases",
+        fingerprint=fingerprint_of(cameras.irradiance, cameras.curves, __version__),
+        jobs=jobs,
+        on_case=on_case,
+    )
+    tables = [_table(family, order, results[name]) for name, (family, order, _) in named.items()]
+    write_csv(
+        output / "digital.csv",
+        ("family", "order", "camera", "rmse", "not_monotone", "out_of_range"),
+        (
+            (
+                table.family,
+                table.order,
+                name,
+                f"{table.rmse[place]:.8f}",
+                int(table.not_monotone[place]),
+                int(table.out_of_range[place]),
+            )
+            for table in tables
+            for place, name in enumerate(cameras.names)
+        ),
+    )
+    return tables
+
+
 def chosen_rows(dorf: Dorf, cases: int | None) -> list[int]:
     """All rows of the data base, or so many, spread evenly."""
     n_curves = len(dorf.curves)
@@ -124,21 +170,24 @@ def chosen_rows(dorf: Dorf, cases: int | None) -> list[int]:
 
 def plan(dorf: Dorf, rows: list[int]) -> Iterator[tuple[str, int, Case]]:
     """Family, order and case of everything that is fitted."""
-    curves = dorf.curves[rows]
-    for model in MODELS.values():
-        if model.order in ORDERS or model.name == "table":
-            yield model.family, model.order, partial(_fit_all, model.name, dorf.irradiance, curves)
+    yield from _of_all(dorf.irradiance, dorf.curves[rows])
     for family in _LEFT_OUT_MODELS:
         for order in ORDERS:
             yield family + LEFT_OUT, order, partial(_fit_left_out, family, order, dorf, rows)
 
 
-def summarize(tables: list[FitTable]) -> JsonObject:
-    """Statistics by family and order."""
+def _of_all(irradiance: Floats, curves: Floats) -> Iterator[tuple[str, int, Case]]:
+    for model in MODELS.values():
+        if model.order in ORDERS or model.name == "table":
+            yield model.family, model.order, partial(_fit_all, model.name, irradiance, curves)
+
+
+def summarize(tables: list[FitTable], name: str = "fits") -> JsonObject:
+    """Statistics by family and order, under a name."""
     fits: JsonObject = {}
     for table in tables:
         fits.setdefault(table.family, {})[str(table.order)] = table.summary
-    return {"fits": fits}
+    return {name: fits}
 
 
 def winners(tables: list[FitTable]) -> list[list[FitTable]]:

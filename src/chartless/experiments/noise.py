@@ -207,6 +207,13 @@ class Outcome:
     """Share of the levels whose true irradiance lies within one and two deviations of the
     estimated, where the method estimates deviations."""
 
+    @classmethod
+    def from_json(cls, content: Mapping[str, object]) -> "Outcome":
+        """Outcome from its record."""
+        outcome = cls(**content)  # type: ignore[arg-type]
+        covered = None if outcome.covered is None else (outcome.covered[0], outcome.covered[1])
+        return replace(outcome, values=tuple(outcome.values), covered=covered)
+
     @property
     def infeasible(self) -> bool:
         """Whether the estimated response decreases by more than a trifle."""
@@ -285,7 +292,7 @@ def run(
     results = [
         CaseResult(
             case,
-            {name: _outcome(content) for name, content in result["outcomes"].items()},
+            {name: Outcome.from_json(content) for name, content in result["outcomes"].items()},
             result["bound"],
         )
         for case, result in zip(cases, recorded.values(), strict=True)
@@ -429,12 +436,6 @@ def _model(name: str, basis: Basis) -> AbstractModel:
     if name.endswith(LEFT_OUT):
         return Emor(MODELS[name.removesuffix(LEFT_OUT)].order, basis)
     return MODELS[name]
-
-
-def _outcome(content: Mapping[str, object]) -> Outcome:
-    outcome = Outcome(**content)  # type: ignore[arg-type]
-    covered = None if outcome.covered is None else (outcome.covered[0], outcome.covered[1])
-    return replace(outcome, values=tuple(outcome.values), covered=covered)
 
 
 def _statistics(method: str, results: list[CaseResult]) -> JsonObject:
