@@ -15,7 +15,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from chartless.cli import main
-from chartless.datasets import Dorf, load_dorf
+from chartless.datasets import DigitalCameras, Dorf, load_dorf
 from chartless.experiments import fits, fits_figures
 from chartless.models import MODELS, Table
 
@@ -23,7 +23,7 @@ Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
 
 STATISTICS = ["median", "q25", "q75", "mean", "max", "not_monotone", "out_of_range", "seconds"]
-FIGURES = ["fig1_responses", "fig2_medians", "fig2_rmse_by_order", "fig3_examples"]
+FIGURES = ["digital", "fig1_responses", "fig2_medians", "fig2_rmse_by_order", "fig3_examples"]
 LEFT_OUT = ("emor-left-out", "emor-monotone-left-out", "logemor-left-out")
 CASES = 3
 
@@ -39,10 +39,14 @@ class Reproduced:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _short_table() -> Iterator[None]:
-    """The whole table takes its time."""
+def _little_data() -> Iterator[None]:
+    """A short table and two digital cameras: all of them take their time."""
+    irradiance = np.linspace(0, 1, 32)
+    curves = np.array([irradiance**0.4, irradiance**0.5])
+    cameras = DigitalCameras(irradiance, curves, ("one", "other"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(MODELS._items, "table", Table(order=20))
+        patch.setattr("chartless.datasets.find_digital", lambda: cameras)
         yield
 
 
@@ -72,6 +76,10 @@ def reproduced(dorf_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Rep
 
 def keep(monkeypatch: pytest.MonkeyPatch, wanted: Callable[[str, int], bool]) -> None:
     """Leave the other families and orders out."""
+    of_all = fits._of_all
+    monkeypatch.setattr(
+        fits, "_of_all", lambda *of: (each for each in of_all(*of) if wanted(each[0], each[1]))
+    )
     plan = fits.plan
     monkeypatch.setattr(
         fits, "plan", lambda *of: (each for each in plan(*of) if wanted(each[0], each[1]))
@@ -100,7 +108,8 @@ def test_the_folder_holds_tables_figures_and_a_summary(reproduced: Reproduced) -
     names = sorted(path.name for path in reproduced.folder.iterdir())
 
     figures = [f"{name}.png" for name in FIGURES]
-    assert names == ["cases", *figures, "fits.csv", "summary.json", "winners.csv"]
+    tables = ["digital.csv", "fits.csv", "summary.json", "winners.csv"]
+    assert names == sorted(["cases", *figures, *tables])
     for name in figures:
         content = (reproduced.folder / name).read_bytes()
         assert content.startswith(b"\x89PNG\r\n")
@@ -113,11 +122,13 @@ def test_the_summary_has_every_family_and_order_with_the_statistics_agreed_upon(
 ) -> None:
     content = json.loads((reproduced.folder / "summary.json").read_text())
 
-    assert list(content) == ["fits"]
-    expected: dict[str, set[str]] = {family: {*map(str, range(7))} for family in LEFT_OUT}
+    assert list(content) == ["fits", "digital"]
+    expected: dict[str, set[str]] = {}
     for model in MODELS.values():
         if model.order <= 6 or model.name == "table":
             expected.setdefault(model.family, set()).add(str(model.order))
+    assert {family: set(orders) for family, orders in content["digital"].items()} == expected
+    expected |= {family: {*map(str, range(7))} for family in LEFT_OUT}
     assert {family: set(orders) for family, orders in content["fits"].items()} == expected
     for orders in content["fits"].values():
         for statistics in orders.values():
@@ -173,12 +184,16 @@ def test_the_winners_are_ranked_at_each_number_of_parameters(reproduced: Reprodu
 
 @pytest.mark.slow
 def test_the_medians_are_printed(reproduced: Reproduced) -> None:
-    title, header, *rows, blank, last = reproduced.out.splitlines()
+    of_dorf, of_digital, (last,) = (part.splitlines() for part in reproduced.out.split("\n\n"))
+    title, header, *rows = of_dorf
 
-    assert title == f"median RMSE over {CASES} curves"
+    assert title == f"median RMSE over {CASES} curves of DoRF"
+    assert of_digital[0] == "median RMSE over 2 digital cameras"
+    assert of_digital[1].split() == header.split()
+    assert ["gamma", "0.00000"] in [line.split() for line in of_digital]  # which they are
     assert header.split("  ")[0] == "family"
     assert header.split()[1:] == [word for n in range(7) for word in ("order", str(n))]
-    assert (blank, last) == ("", f"figures, tables and summary.json in {reproduced.folder}")
+    assert last == f"figures, tables and summary.json in {reproduced.folder}"
     families = [row.split()[0] for row in rows]
     assert families == [family for family in reproduced.summary if family != "table"]
     for row in rows:
@@ -208,7 +223,7 @@ def test_a_second_run_prints_the_same_at_once_and_json_is_the_summary(
     )  # fmt: skip
 
     assert (done.status, done.err) == (0, "")
-    assert done.json == {"fits": reproduced.summary}
+    assert done.json == json.loads(before)
     assert (reproduced.folder / "summary.json").read_bytes() == before
 
 
@@ -377,3 +392,21 @@ def test_help_has_an_example(chartless: Chartless) -> None:
     _, _, example = done.out.partition("Example:\n")
     assert (done.status, done.err) == (0, "")
     assert example.startswith("      chartless reproduce fits -o ")
+
+
+@pytest.mark.usefixtures("quick")
+def test_without_digital_cameras_a_line_says_how_to_give_them(
+    dorf_file: Path, tmp_path: Path, chartless: Chartless, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("chartless.datasets.find_digital", lambda: None)
+    monkeypatch.setattr("chartless.datasets.load_dorf", small)
+
+    done = chartless("reproduce", "fits", "-o", tmp_path / "out", "--cases", 2, "--dorf", dorf_file)
+
+    assert done.status == 0
+    assert done.err == (
+        "chartless: note: digital cameras are left out: set CHARTLESS_DATA to a folder that holds "
+        "modern_curves/responses_1024.npz (docs/reproduction.md)\n"
+    )
+    assert "digital cameras" not in done.out
+    assert not (tmp_path / "out" / "digital.csv").exists()

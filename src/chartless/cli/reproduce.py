@@ -58,12 +58,15 @@ def fits(
     with case_bar("fitting") as on_case:
         tables = experiment.run(data, output, cases=cases, jobs=jobs, on_case=on_case)
     digital = [] if (cameras := find_digital()) is None else _digital_fits(cameras, output, jobs)
-    for name, figure in (
+    figures = [
         ("fig1_responses", fits_figures.curves_figure(data)),
         ("fig2_rmse_by_order", fits_figures.boxes_figure(tables)),
         ("fig2_medians", fits_figures.medians_figure(tables)),
         ("fig3_examples", fits_figures.examples_figure(data, tables, rows)),
-    ):
+    ]
+    if digital:
+        figures.append(("digital", fits_figures.medians_figure(digital, "digital cameras")))
+    for name, figure in figures:
         save_figure(figure, output / f"{name}.png")
     summary = experiment.summarize(tables)
     if digital:

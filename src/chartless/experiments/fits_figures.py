@@ -72,19 +72,24 @@ def boxes_figure(tables: list[FitTable]) -> Figure:
     return figure
 
 
-def medians_figure(tables: list[FitTable]) -> Figure:
-    """Medians of Fig. 2 in one drawing."""
+def medians_figure(tables: list[FitTable], of: str = "the measured responses") -> Figure:
+    """Medians of Fig. 2 in one drawing, of the families that were fitted."""
     figure = Figure(figsize=(6.5, 5), layout="constrained")
     axes = figure.subplots()
     for family, (colour, style) in _LINES.items():
         own = _of_family(family, tables)
+        if not own:
+            continue
         medians = [float(np.median(table.rmse)) for table in own]
         orders = [table.order for table in own]
         label = family.replace(LEFT_OUT, ", camera left out")
         axes.plot(orders, medians, style, color=colour, marker=".", label=label)
     _draw_marked(axes, tables)
+    for table in _of_family("ppisp", tables):
+        median = float(np.median(table.rmse))
+        axes.plot(table.order, median, "s", color=DARK, markerfacecolor="none", label="ppisp")
     axes.set(
-        title="Median RMSE over the measured responses",
+        title=f"Median RMSE over {of}",
         xlabel="order (parameters − 1)",
         ylabel="RMSE in brightness",
         yscale="log",
