@@ -282,12 +282,17 @@ def scale_of(inverse: Floats, truth: Floats) -> float:
     return float(np.log(inverse[place] / truth[place]))
 
 
+def error_of(case: Case, channel: int, inverse: Floats) -> float:
+    """Error of the level at the best scale."""
+    grid = np.linspace(0.0, 1.0, 1024)
+    brightness = case.curves[channel].response(grid)
+    return error(inverse, Truth(grid, brightness, np.zeros(grid.size, dtype=np.intp)))
+
+
 def measured(case: Case, channel: int, response: Response) -> Measured:
     """Errors of a channel."""
     inverse, std = response.inverse_lut, response.inverse_lut_std
     truth = case.truth(channel)
-    grid = np.linspace(0.0, 1.0, 1024)
-    curve = Truth(grid, case.curves[channel].response(grid), np.zeros(1024, dtype=np.intp))
     known = np.full(256, np.nan) if std is None else std
     scale = scale_of(inverse, truth)
     inner = slice(1, 255)
@@ -295,7 +300,7 @@ def measured(case: Case, channel: int, response: Response) -> Measured:
     at_best = np.abs(inverse * (truth @ inverse) / (inverse @ inverse) - truth)
     shape_std = known if response.shape_std is None else response.shape_std
     return Measured(
-        shape=error(inverse, curve),
+        shape=error_of(case, channel, inverse),
         light=float(np.sqrt(np.mean((inverse - truth) ** 2))),
         white=abs(scale),
         white_band=float("nan") if response.white_std is None else response.white_std,

@@ -90,15 +90,23 @@ def test_a_sensor_shows_no_sign() -> None:
 def test_correlation_counts_with_either_sign_and_by_its_size() -> None:
     def errors(neighbour: float, channel: float) -> tuple[float, ...]:
         check = replace(STILL, neighbour_correlation=neighbour, channel_correlation=channel)
-        return frame_errors([STILL, check, check], lossy=False)
+        return frame_errors([STILL, check, check], n_pixels=1e6, lossy=False)
 
-    assert errors(0.02, 0.01) == ()
+    assert errors(0.015, 0.01) == ()
+    assert errors(0.01, 0.025) == (0.025,)
     assert errors(-0.3, 0.1) == (0.3,)
     assert errors(0.05, 0.9) == (0.9,)
 
 
+def test_small_frames_are_correlated_by_chance() -> None:
+    check = replace(STILL, neighbour_correlation=0.03)
+
+    assert frame_errors([check], n_pixels=1e4, lossy=False) == ()
+    assert frame_errors([check], n_pixels=1e6, lossy=False) == (0.03,)
+
+
 def test_lossy_files_count_whatever_else_they_show() -> None:
-    (error,) = frame_errors([STILL], lossy=True)
+    (error,) = frame_errors([STILL], n_pixels=1e6, lossy=True)
 
     assert 0.3 < error < 1
 

@@ -17,20 +17,23 @@ from chartless.evidence.noise.screening import empty_share
 # Relative error of the variance in lossy files, at any quality: files of 98 and 100 show
 # none of the other signs, and are off by up to three times as much as lossless ones.
 _LOSSY = 0.6
-# Correlation and excess kurtosis up to which noise may be that of a sensor. Simulated
-# cameras without faults have 0.01 and 0.11 at most.
-_UNCORRELATED, _GAUSSIAN = 0.03, 0.12
+# Correlation, besides so many deviations of chance, and excess kurtosis up to which noise may
+# be that of a sensor. Simulated cameras without faults have 0.01 and, most of them, 0.11 at
+# most; denoised ones 0.03 and more.
+_UNCORRELATED, _CHANCE, _GAUSSIAN = 0.015, 4.0, 0.12
 # Of the share of empty levels: a stretch by a quarter leaves 0.2 empty.
 _EMPTY, _BY_EMPTY = 0.04, 3.0
 
 
-def frame_errors(checks: Sequence[PairCheck], *, lossy: bool) -> tuple[float, ...]:
+def frame_errors(checks: Sequence[PairCheck], *, n_pixels: float, lossy: bool) -> tuple[float, ...]:
     """Relative errors of the noise variance by what pairs of frames show.
 
     Parameters
     ----------
     checks : sequence of PairCheck
         One per pair of frames.
+    n_pixels : float
+        Number of pixels of a frame.
     lossy : bool
         Whether the files are compressed with loss.
 
@@ -43,7 +46,8 @@ def frame_errors(checks: Sequence[PairCheck], *, lossy: bool) -> tuple[float, ..
         max(abs(check.neighbour_correlation), check.channel_correlation) for check in checks
     ]
     correlation = float(np.median(correlations))
-    signs = ((_LOSSY, lossy), (correlation, correlation > _UNCORRELATED))
+    limit = _UNCORRELATED + _CHANCE / np.sqrt(n_pixels)
+    signs = ((_LOSSY, lossy), (correlation, correlation > limit))
     return tuple(error for error, seen in signs if seen)
 
 

@@ -67,8 +67,10 @@ class NoiseEvidence(AbstractEvidence):
 
     @override
     def channel(self, name: str) -> LevelPairs:
-        errors = frame_errors(self.checks, lossy=self.lossy)
-        return LevelPairs(self.tables[name], self.n_frames, self.dark.get(name), errors)
+        table = self.tables[name]
+        n_pixels = max(table.n_pairs / max(len(self.checks), 1), 1)
+        errors = frame_errors(self.checks, n_pixels=n_pixels, lossy=self.lossy)
+        return LevelPairs(table, self.n_frames, self.dark.get(name), errors)
 
     @property
     def lossy(self) -> bool:
