@@ -9,6 +9,7 @@ from PIL import Image
 
 from chartless.curves.populations import Population, population_prior
 from chartless.datasets import MEASURED, DigitalCameras, Dorf
+from chartless.evidence.origins import weights_of
 from chartless.experiments import noise, noise_digital
 from chartless.models import MODELS
 
@@ -45,12 +46,11 @@ def test_a_camera_that_was_measured_is_left_out_of_its_prior(cameras: DigitalCam
 
     (_, of_first), *others = first.parts
     assert not np.allclose(of_first.mean, second.parts[0][1].mean)
-    # The mean of three exponents; of all four for the one that nobody measured.
-    middle = np.log(LIGHT[100] / LIGHT[50])
-    for prior, exponents in ((of_first, (0.35, 0.4, 0.45)), (drawn.parts[0][1], (0.35, 0.4))):
-        steepness = np.mean([1 / exponent - 1 for exponent in exponents])
-        rise = prior.mean[100] - prior.mean[50]
-        assert rise == pytest.approx(steepness * middle, rel=0.02)
+    # The mean of the exponents of the three others.
+    steepness = np.mean([1 / exponent - 1 for exponent in (0.35, 0.4, 0.45)])
+    rise = of_first.mean[100] - of_first.mean[50]
+    assert rise == pytest.approx(steepness * np.log(LIGHT[100] / LIGHT[50]), rel=0.02)
+    assert drawn is weights_of(()).prior()  # which it is not in
     for population, (_, part) in zip(list(Population)[1:], others, strict=True):
         np.testing.assert_array_equal(part.mean, population_prior(population).mean)
 

@@ -1,9 +1,9 @@
 """The noise experiment with digital cameras, beside the curves of DoRF.
 
 Scenes, noise and seeds are those of `chartless.experiments.noise`; the responses are those
-of digital cameras in turn. Only our methods are run: the paper's are compared on DoRF. The
-prior of digital cameras is made anew without the one under test, from the other measured
-ones of the same data.
+of digital cameras in turn. Only our methods are run: the paper's are compared on DoRF. No
+camera under test is in the prior of digital cameras: for one that is in that of the package,
+a prior is made anew, from the other measured ones of the same data.
 """
 
 from dataclasses import asdict, dataclass
@@ -104,7 +104,13 @@ def run(
 
 
 def prior_without(cameras: DigitalCameras, row: int) -> CurvePrior:
-    """Mixture of populations whose digital cameras are the measured ones but one."""
+    """Mixture of populations that does not contain a camera.
+
+    That of the package if it does not; else its digital cameras are the seven other
+    measured ones.
+    """
+    if cameras.names[row] not in MEASURED:
+        return weights_of(()).prior()
     kept = [
         log_slopes_of_response(cameras.irradiance, curve)[np.newaxis]
         for name, curve in zip(cameras.names, cameras.curves, strict=True)
