@@ -8,6 +8,7 @@ from pathlib import Path
 from chartless.curves.populations import Population, population_basis
 from chartless.curves.prior import CurvePrior, digital_basis
 from chartless.evidence.origins import weights_of
+from chartless.frames.frame import Origin
 from chartless.types import Floats
 
 sys.path.append(str(Path(__file__).parents[1] / "scripts"))
@@ -27,8 +28,13 @@ def digital_prior(data: Path, *left_out: str) -> CurvePrior:
     return digital_basis(kept, population_basis(Population.DORF)).prior()
 
 
-def mixture(*, digital: CurvePrior | None = None, dorf: CurvePrior | None = None) -> CurvePrior:
-    """Mixture for files that do not say what they are, some of its parts replaced."""
+def mixture(
+    origin: Origin = Origin.UNKNOWN,
+    *,
+    digital: CurvePrior | None = None,
+    dorf: CurvePrior | None = None,
+) -> CurvePrior:
+    """Mixture for files of this origin, some of its parts replaced."""
     given = {Population.DIGITAL: digital, Population.DORF: dorf}
     replaced = {population: prior for population, prior in given.items() if prior is not None}
-    return weights_of(()).prior(replaced=replaced)
+    return weights_of([origin]).prior(replaced=replaced)

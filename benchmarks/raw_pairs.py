@@ -42,7 +42,7 @@ from chartless.curves import AbstractCurve, SampledCurve, SrgbCurve
 from chartless.datasets.dorf import load_dorf
 from chartless.evidence.raw.gather import raw_evidence
 from chartless.experiments.noise import curve_prior
-from chartless.frames.frame import Frame, RawPicture
+from chartless.frames.frame import Frame, Origin, RawPicture
 from chartless.images import read_frame, read_values
 from chartless.methods import LikelihoodSearch
 from chartless.result.response import Response
@@ -130,7 +130,8 @@ def real(data: Path, *, offset: bool = False) -> list[Row]:
     rows = []
     for bracket in real_brackets(data, offset=offset):
         evidence = raw_evidence(crops(data, bracket.name))
-        calibrator = LikelihoodSearch(prior=mixture(digital=digital_prior(data, bracket.name)))
+        prior = mixture(Origin.CAMERA, digital=digital_prior(data, bracket.name))
+        calibrator = LikelihoodSearch(prior=prior)
         for channel, truth in zip(CHANNELS, bracket.truth, strict=True):
             response = calibrator.calibrate(evidence.channel(channel), channel=channel)
             gains = np.array(response.account("raw")["gains"])
@@ -184,7 +185,8 @@ def simulated(data: Path, n_cases: int) -> list[Row]:
         quality = int(rng.integers(*QUALITIES))
         pair = shot(light[:height, :width], curve, float(rng.uniform(*GAINS)), quality, rng)
         evidence = raw_evidence([pair])
-        calibrator = LikelihoodSearch(prior=mixture(dorf=curve_prior(dorf, row)))
+        prior = mixture(Origin.CAMERA, dorf=curve_prior(dorf, row))
+        calibrator = LikelihoodSearch(prior=prior)
         for channel in CHANNELS:
             blocks = evidence.blocks[channel]
             response = calibrator.calibrate(evidence.channel(channel), channel=channel)
