@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from chartless.experiments import noise, noise_sweeps
+from chartless.datasets import DigitalCameras
+from chartless.experiments import noise, noise_digital, noise_sweeps
 
 Chartless = Callable[..., Any]
 Refusal = Callable[..., str]
@@ -30,6 +31,9 @@ def _small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(noise, "LEAST_SIZE", (60, 80))
     monkeypatch.setattr(noise, "ROUNDS", 1)
     monkeypatch.setattr(noise_sweeps, "ROUNDS", 1)
+    irradiance = np.linspace(0, 1, 32)
+    cameras = DigitalCameras(irradiance, np.sqrt(irradiance)[np.newaxis], ("one",))
+    monkeypatch.setattr("chartless.datasets.find_digital", lambda: cameras)
     reference = noise_sweeps.Camera()
     for factor, (label, _) in noise_sweeps.FACTORS.items():
         values = (2, 4) if factor == "frames" else (getattr(reference, factor),)
@@ -61,15 +65,19 @@ def test_the_folder_holds_tables_figures_and_a_summary_and_json_is_the_summary(
     out = tmp_path / "out"
     done = chartless(*arguments, "-o", out)
     assert (done.status, done.err) == (0, "")
-    first, header, *rows, blank, last = done.out.splitlines()
-    assert first == "RMSE of the response over 2 cases"
+    of_dorf, of_digital, (last,) = (part.splitlines() for part in done.out.split("\n\n"))
+    first, header, *rows = of_dorf
+    assert first == "RMSE of the response over 2 cases of DoRF"
     assert header.split() == [
         "method", "median", "mean", "p90", "infeasible", "evaluations", "seconds",
     ]  # fmt: skip
     assert [row.split()[0] for row in rows] == list(noise.METHODS)
-    assert (blank, last) == ("", f"figures, tables and summary.json in {out}")
+    assert last == f"figures, tables and summary.json in {out}"
+    title, _, *rows = of_digital
+    assert title == "RMSE over 2 cases of digital cameras, and levels within two deviations"
+    assert [row.split()[0] for row in rows] == list(noise_digital.METHODS)
     assert sorted(path.name for path in out.iterdir()) == sorted(
-        ["cases", "sweeps", "cases.csv", "summary.json", "timing.json"]
+        ["cases", "sweeps", "cases.csv", "digital.csv", "summary.json", "timing.json"]
         + [f"{name}.png" for name in FIGURES]
     )
 

@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter
 from slow_cases import slow_but
 
 from chartless import CALIBRATORS, AffineNoise, Cooccurrence, named_curve
+from chartless.curves.populations import PopulationWeights
 from chartless.evidence.noise.channel import LevelPairs
 from chartless.evidence.noise.drift import Drift, compensated, drift_share, estimated_drift
 from chartless.simulate import simulate_frames
@@ -107,7 +108,7 @@ def test_nothing_of_the_drift_is_left(gain: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("gain", slow_but([0.98, 1.02], 1.02))
 def test_the_curve_is_that_of_steady_light(gain: float) -> None:
-    calibrator = CALIBRATORS["likelihood"]()
+    calibrator = CALIBRATORS["likelihood"](populations=PopulationWeights(dorf=1.0))
     steady, flickering = table_of(1.0), table_of(gain)
     drift = estimated_drift(flickering)
     assert drift is not None

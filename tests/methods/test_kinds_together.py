@@ -9,6 +9,7 @@ import pytest
 from raw_cameras import Camera, patches
 
 from chartless.curves import ModelCurve, named_curve
+from chartless.curves.populations import PopulationWeights
 from chartless.evidence.base import AbstractChannelEvidence
 from chartless.evidence.bracket.channel import ExposurePairs
 from chartless.evidence.bracket.gather import BracketEvidence, bracket_evidence
@@ -55,7 +56,8 @@ def repeats(curve: str) -> LevelPairs:
 
 
 def found(*evidence: AbstractChannelEvidence) -> Response:
-    return LikelihoodSearch().calibrate(*evidence, channel="G")
+    search = LikelihoodSearch(populations=PopulationWeights(dorf=1.0))  # one for all
+    return search.calibrate(*evidence, channel="G")
 
 
 def shape_error(response: Response, curve: str) -> float:

@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from slow_cases import slow_but
 
 from chartless.curves import AbstractCurve, ModelCurve, SampledCurve, named_curve
-from chartless.curves.populations import measured_prior
+from chartless.curves.populations import PopulationWeights, measured_prior
 from chartless.curves.space import free_curve
 from chartless.errors import ParameterError
 from chartless.evidence.bracket.channel import ExposurePairs
@@ -104,7 +104,9 @@ def repeats(name: str, n_levels: int = 256) -> Cooccurrence:
 
 @cache
 def found(name: str, *, repeated: bool = False, model: str | None = None, **how: Any) -> Response:
-    search = LikelihoodSearch(model=None if model is None else MODELS[model])
+    of_film = PopulationWeights(dorf=1.0) if name == "film" else None
+    family = None if model is None else MODELS[model]
+    search = LikelihoodSearch(model=family, populations=of_film)
     pairs = [LevelPairs(repeats(name, how.get("n_levels", 256)))] if repeated else []
     return search.calibrate(*pairs, ExposurePairs(bracket(name, **how)))
 

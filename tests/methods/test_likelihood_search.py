@@ -289,10 +289,10 @@ def test_settings_name_what_a_user_may_choose() -> None:
 
 @pytest.mark.slow
 def test_pairs_of_consecutive_frames_tell_less_each() -> None:
-    table = table_of("srgb")
+    table, search = table_of("srgb"), likelihood_search(populations=PopulationWeights(dorf=1.0))
 
     bars = [
-        deviations(likelihood_search().calibrate(LevelPairs(table, n_frames=n)))[1:-1].mean()
+        deviations(search.calibrate(LevelPairs(table, n_frames=n)))[1:-1].mean()
         for n in (2, 3, 1000)
     ]
 
@@ -576,8 +576,9 @@ def test_what_dark_frames_would_do_is_what_they_do(name: str) -> None:
     light = 0.2 + 0.8 * beta(2.5, 2).ppf(scene())
     table = Cooccurrence.of_pair(*simulate_frames(light, CURVES[name], NOISE, seed=5))
 
-    without = likelihood_search().calibrate(LevelPairs(table))
-    with_dark = likelihood_search().calibrate(LevelPairs(table, dark=dark_levels(name, 240_000)))
+    search = likelihood_search(populations=PopulationWeights(dorf=1.0))
+    without = search.calibrate(LevelPairs(table))
+    with_dark = search.calibrate(LevelPairs(table, dark=dark_levels(name, 240_000)))
 
     predicted = without.account("noise")["error_with_dark"]
     assert predicted == pytest.approx(rms(deviations(with_dark)), rel=0.2)
@@ -732,7 +733,7 @@ def test_the_noise_level_makes_no_use_of_dark_frames() -> None:
 def test_the_noise_level_takes_a_prior_and_tells_when_it_is_done() -> None:
     shares: list[float] = []
 
-    found = noise_level_search(prior=weights_of(()).prior(256)).calibrate(
+    found = noise_level_search(prior=measured_prior(256)).calibrate(
         LevelPairs(table_of("srgb")), channel="B", progress=shares.append
     )
 

@@ -37,7 +37,7 @@ def fits(
     dorf: DorfFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fit every family of curves to the 201 measured cameras of DoRF, and to digital ones.
+    """Fit every family of curves to film and digital cameras.
 
     Writes fits.csv (every RMSE), winners.csv, summary.json and the figures; and digital.csv, if
     CHARTLESS_DATA names a folder with modern_curves/responses_1024.npz. An interrupted
@@ -124,7 +124,7 @@ def noise(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Calibrate simulated cameras by their noise, with every method; digital ones with ours.
+    """Calibrate simulated cameras by their noise, with every method.
 
     Writes cases.csv, summary.json, timing.json and the figures; and digital.csv, if CHARTLESS_DATA
     names a folder with modern_curves/responses_1024.npz. Each finished case is

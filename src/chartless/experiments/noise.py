@@ -344,7 +344,8 @@ def methods_for(
     for method in methods:
         kind, name = method.split("/")
         if kind == "nlf":
-            yield method, NoiseLevelSearch(prior=prior, noise_prior=CAMERAS_OF_2008)
+            of_dorf = curve_prior(dorf, row)
+            yield method, NoiseLevelSearch(prior=of_dorf, noise_prior=CAMERAS_OF_2008)
         elif kind == "likelihood":
             family = None if name in ("default", "dark") else MODELS[name]
             yield method, LikelihoodSearch(model=family, prior=prior, noise_prior=CAMERAS_OF_2008)

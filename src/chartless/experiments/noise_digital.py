@@ -135,7 +135,7 @@ def _case(case: NoiseCase, path: Path, cameras: DigitalCameras) -> JsonObject:
     table = Cooccurrence.of_pair(first, second)
     prior = prior_without(cameras, case.row)
     calibrators: dict[str, AbstractCalibrator] = {
-        "nlf/default": NoiseLevelSearch(prior=prior, noise_prior=CAMERAS_OF_2008),
+        "nlf/default": NoiseLevelSearch(noise_prior=CAMERAS_OF_2008),
         "likelihood/default": LikelihoodSearch(prior=prior, noise_prior=CAMERAS_OF_2008),
         "likelihood/dorf": LikelihoodSearch(
             prior=population_basis(Population.DORF).prior(), noise_prior=CAMERAS_OF_2008

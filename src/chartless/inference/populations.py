@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, cholesky
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky
 from scipy.special import logsumexp
 
 from chartless.curves.prior import mixed
@@ -56,9 +56,9 @@ def gains(mode: Mode, space: FreeCurve) -> Floats:
     found = []
     for population in space.populations:
         precision, pull, gained = _exchanged(mode, information, places, space, population)
-        factor = cho_factor(precision, lower=True, check_finite=False)
-        gained += 0.5 * float(pull @ cho_solve(factor, pull, check_finite=False))
-        found.append(gained + before - float(np.log(np.diag(factor[0])).sum()))
+        factor = _factor(precision, population)
+        gained += 0.5 * float(pull @ cho_solve((factor, True), pull, check_finite=False))
+        found.append(gained + before - float(np.log(np.diag(factor)).sum()))
     return np.array(found) / len(mode.edges)
 
 
@@ -90,7 +90,7 @@ def in_space(mode: Mode, before: FreeCurve, after: FreeCurve) -> Mode:
     information, pull, gained = _exchanged(
         mode, mode.information, _places(mode, everything), before, after
     )
-    factor = cholesky(information, lower=True, check_finite=False)
+    factor = _factor(information, after)
     free = everything.copy()
     for name, block in mode.blocks.items():
         free[mode.places[name]] = not block.held
@@ -135,6 +135,21 @@ def _exchanged(
         pull[place] = old - new
         gained += 0.5 * float(old @ away - new @ other + after.log_precision - before.log_precision)
     return exchanged, pull, gained
+
+
+def _factor(information: Floats, space: FreeCurve) -> Floats:
+    """Lower triangular root of an information.
+
+    Where that of shared unknowns was discounted (`Mode.information`), less than the prior may
+    be left of it in some direction. No direction is then known less than the prior knows any.
+    """
+    try:
+        return np.asarray(cholesky(information, lower=True, check_finite=False))
+    except LinAlgError:
+        values, vectors = np.linalg.eigh(information)
+        least = float(np.linalg.eigvalsh(space.precision)[0])
+        raised = (vectors * np.maximum(values, least)) @ vectors.T
+        return np.asarray(cholesky(raised, lower=True, check_finite=False))
 
 
 def _is_of_curve(mode: Mode) -> Bools:

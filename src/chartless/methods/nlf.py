@@ -7,6 +7,7 @@ import numpy as np
 from typing_extensions import override
 
 from chartless.curves import SampledCurve
+from chartless.curves.populations import measured_prior
 from chartless.curves.prior import CurvePrior
 from chartless.curves.space import free_curve
 from chartless.evidence.base import ChannelEvidence
@@ -16,7 +17,6 @@ from chartless.evidence.noise.likelihood import PairCounts, PairModel
 from chartless.evidence.noise.misfit import is_gaussian
 from chartless.evidence.noise.outliers import SOME_MOVERS
 from chartless.evidence.noise.start import noise_level_start
-from chartless.evidence.origins import weights_of
 from chartless.flags import Flag
 from chartless.inference.posterior import at_levels, deviations_at_levels
 from chartless.inference.stabilised import warped
@@ -36,8 +36,10 @@ class NoiseLevelSearch(AbstractChannelCalibrator):
     Parameters
     ----------
     prior : CurvePrior, optional
-        Prior of the log slopes, instead of that of populations of cameras: for
-        experiments that leave cameras out.
+        Prior of the log slopes, instead of that of DoRF
+        (`chartless.curves.populations.measured_prior`): for experiments that leave
+        cameras out. A mixture of populations would make the band too wide, as nothing
+        weighs them here.
     noise_prior : NoisePrior
         Prior of the noise, whose median ratio the curve has.
     """
@@ -54,7 +56,7 @@ class NoiseLevelSearch(AbstractChannelCalibrator):
     def _estimate(self, evidence: ChannelEvidence, progress: ChannelProgress | None) -> Response:
         pairs = evidence[LevelPairs]
         table = pairs.table
-        prior = self.prior or weights_of(()).prior(table.n_levels)
+        prior = self.prior or measured_prior(table.n_levels)
         still, outliers = pairs.still
         counts = PairCounts.of(still)
         fit, scene = noise_level_start(counts, prior, self.noise_prior.centre)
